@@ -24,7 +24,7 @@ GOLDEN = Path(__file__).parent / "golden"
 def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:
     result = generator()
     still, mounted = figure(result, "force_over_cycle").axes
-    for axes, name in ((still, "rigid"), (mounted, "steady")):
+    for axes, name in ((still, "blocked"), (mounted, "steady")):
         drawn = lines(axes)
         parts = [
             drawn[f"{word} (order {n})"].get_ydata()
@@ -129,7 +129,7 @@ def test_references_and_limits_stand_over_the_curve_that_they_are_on() -> None:
             if row.quantity == "response/kinetic_energy/peak_by_order"]  # fmt: skip
     points = np.concatenate([np.asarray(one.get_offsets()) for one in axes.collections])
     drawn = {x: y for x, y in points if x % 1.0 > 0.5}
-    wanted = {float(row.where["order"]) - 0.2: convert(row.value, row.unit, "J") for row in rows}
+    wanted = {float(row.where["order"]) - 0.05: convert(row.value, row.unit, "J") for row in rows}
     assert drawn == pytest.approx(wanted, rel=1e-12)
     assert rows and "published" in axes.get_legend_handles_labels()[1]
     path = "kinematics/acceleration"

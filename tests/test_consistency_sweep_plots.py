@@ -95,7 +95,7 @@ def test_lines_are_the_results_one_for_each_value_of_the_short_axis() -> None:
         np.testing.assert_allclose(line.get_xdata(), 1e-3 * sweep.grid[0].table[:, 0])
     assert axes.get_xscale() == "log" and axes.get_xlabel() == "stiffness in N/mm"
     assert axes.get_ylabel() == "force in N"
-    assert panel(made, SAG).get_ylabel() == "length in mm"
+    assert panel(made, SAG).get_ylabel() == "mm"
     assert title_of(panel(made, BOTH)) == f"{BOTH}\nlargest: mount=2"
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from vibecalc.absorber.motion_results import MOTION_ROOT, WITHOUT_ROOT
 from vibecalc.core.report.canvas import COLOURS
-from vibecalc.core.report.curves import Curve, Curves, Panel, Source, sourced
+from vibecalc.core.report.curves import Curve, Curves, Panel
+from vibecalc.core.report.sources import Source, sourced
 from vibecalc.core.results.record import Quantity, Result
 
 _TRAVELS = ("travel", "twist")

@@ -19,8 +19,9 @@ from vibecalc.core.report.canvas import (
     note,
     plain_ticks,
 )
-from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Plot, Source, level
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, level
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
+from vibecalc.core.report.sources import Look, Source
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 

@@ -1,5 +1,6 @@
 """Residual by order without and with the weights; the weights as vectors around their shafts."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,7 @@ import numpy as np
 from vibecalc.balance.report import axis_of
 from vibecalc.balance.results import WeightsFound
 from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
-from vibecalc.core.report.curves import Curve, Curves, Panel, Source
+from vibecalc.core.report.curves import Curve, Curves, Panel
 from vibecalc.core.report.sections import by_size, having, labels, scalar_of
 from vibecalc.core.report.writing import read, show
 from vibecalc.core.results.record import Quantity, Result
@@ -22,10 +23,12 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
+#: what force and residual differ by at most that are the same
+_ALIKE = 1e-9
 _TIMES = {"before": ("without", QUIET), "after": ("with", COLOURS[0])}
 
 
-def _acting(name: str, when: str) -> Source:
+def _acting(name: str, when: str) -> Callable[[Result], Quantity | None]:
     """A size by order, rounding as the zero that it is; none where it is zero before and after."""
 
     def made(result: Result) -> Quantity | None:
@@ -49,10 +52,18 @@ def _title(result: Result) -> str:
 _LABELS = {"force": "force", "couple": "couple", "residual": "residual unbalance"}
 
 
+def _residual(result: Result) -> Quantity | None:
+    """The weighted residual, none where it is the force alone."""
+    residual, force = (_acting(name, "before")(result) for name in ("residual", "force"))
+    if residual is None or force is None:
+        return residual
+    return None if np.allclose(residual.values, force.values, rtol=_ALIKE) else residual
+
+
 def _before_and_after(name: str) -> Panel:
     bars = [Curve(_acting(name, when), f"{how} the weights", {"color": colour}, bars=True)
             for when, (how, colour) in _TIMES.items()]  # fmt: skip
-    return Panel(_LABELS[name], tuple(bars))
+    return Panel(_LABELS[name], tuple(bars), needs=(_residual,) * (name == "residual"))
 
 
 BALANCE_ORDERS = Curves(_title, tuple(map(_before_and_after, _LABELS)), high=2.3)
@@ -94,8 +105,12 @@ def draw_weights(result: Result) -> "Figure | None":
         together = np.sum(size[mine] * np.exp(1j * phase[mine]))
         if mine.size > 1 and abs(together) > 1e-9 * size[mine].sum():
             axes.plot([np.angle(together)], [abs(together)], "+", color=TOTAL, label="sum")
-        axes.set(theta_zero_location="N", rlabel_position=100.0, ylim=(0.0, 1.15 * max(size[mine])))
-        axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10], prune="lower"))
+        # the numbers of the circles where no weight is near
+        turned, around = np.degrees(phase[mine]), np.arange(0.0, 360.0, 7.5)
+        apart = np.abs((np.subtract.outer(around, turned) + 180.0) % 360.0 - 180.0).min(axis=1)
+        axes.set(theta_zero_location="N", rlabel_position=around[np.argmax(apart)],
+                 ylim=(0.0, 1.15 * max(size[mine])))  # fmt: skip
+        axes.yaxis.set_major_locator(MaxNLocator(2, steps=[1, 2, 5, 10], prune="lower"))
         axes.tick_params(labelsize=7)
         axes.legend(
             loc="upper left", bbox_to_anchor=(1.15, 1.0), fontsize=7,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibecalc.base_motion.results import HARMONIC, ROOT, SPECTRUM
-from vibecalc.core.report.curves import Curve, Curves, Panel, Source, entry_of, level
+from vibecalc.core.report.curves import Curve, Curves, Panel, level
 from vibecalc.core.report.rows import Cells, Rows, reduced, rows_of
 from vibecalc.core.report.sections import (
     Section,
@@ -14,6 +14,7 @@ from vibecalc.core.report.sections import (
     stacked,
     table_of,
 )
+from vibecalc.core.report.sources import Source, entry_of, of_freedoms
 from vibecalc.core.report.writing import paragraph, show
 from vibecalc.core.results.record import Record, Result
 
@@ -100,20 +101,25 @@ def _spectra(result: Result) -> list[str]:
 # ----------------------------------------------------------------------------
 
 
-def _ratio(name: str, label: str, title: str) -> Panel:
-    parts = Curve(f"{ROOT}/{name}", "{}"), level(lambda _: 1.0)
-    return Panel(label, parts, title, log="xy")
-
-
-_IN_ALL = "motion of the body over that of the base, in the same direction"
-_RELATIVE = "motion against the base over that of the base"
+_RATIOS = {
+    "transmissibility": "of the body, in the same direction",
+    "relative_transmissibility": "of the body against the base",
+}
 TRANSMISSIBILITY = Curves(
     "motion of the machine over motion of its base",
-    (
-        _ratio("transmissibility", "transmissibility", _IN_ALL),
-        _ratio("relative_transmissibility", "relative to the base", _RELATIVE),
+    tuple(
+        Panel(
+            name.replace("_", " "),
+            (Curve(of_freedoms(f"{ROOT}/{name}", turning), "{}"), level(lambda _: 1.0)),
+            f"{title}, {'about' if turning else 'along'} axes",
+            log="xy",
+        )
+        for name, title in _RATIOS.items()
+        for turning in (False, True)
     ),
+    columns=2,
     names=6,
+    level="row",
 )
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from vibecalc.bearings.results import CrankPin, MainLoad, WristPin
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, note, unit_words
-from vibecalc.core.report.curves import Curve, Curves, Panel, rows_of, sourced
+from vibecalc.core.report.curves import Curve, Curves, Panel, rows_of
 from vibecalc.core.report.sections import labels
+from vibecalc.core.report.sources import sourced
 from vibecalc.core.results.record import Quantity, Result
 
 if TYPE_CHECKING:

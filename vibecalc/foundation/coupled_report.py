@@ -1,6 +1,6 @@
 """Machine and foundation in six freedoms: the section of the report, and the picture."""
 
-from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Source, entry_of, level
+from vibecalc.core.report.curves import Curve, Curves, Panel, level
 from vibecalc.core.report.rows import (
     Cells,
     Rows,
@@ -16,6 +16,7 @@ from vibecalc.core.report.sections import (
     section,
     stacked,
 )
+from vibecalc.core.report.sources import Look, Source, entry_of
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Result
 from vibecalc.foundation.results import COUPLED

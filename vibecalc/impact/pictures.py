@@ -14,19 +14,9 @@ from vibecalc.core.report.canvas import (
     note,
     spread_out,
 )
-from vibecalc.core.report.curves import (
-    Curve,
-    Curves,
-    Ends,
-    Look,
-    Panel,
-    Plot,
-    Source,
-    entry_of,
-    level,
-    sourced,
-)
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, level
 from vibecalc.core.report.sections import having, table_of
+from vibecalc.core.report.sources import Ends, Look, Source, entry_of, sourced
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.core.results.verdicts import entries

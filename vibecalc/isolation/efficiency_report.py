@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.core.report.curves import Curve, Curves, Ends, Panel, Plot, level
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, level
 from vibecalc.core.report.rows import (
     OTHERS,
     Cells,
@@ -18,6 +18,7 @@ from vibecalc.core.report.rows import (
     rows_of,
 )
 from vibecalc.core.report.sections import Section, having, section, stacked
+from vibecalc.core.report.sources import Ends, of_freedoms
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
@@ -103,12 +104,17 @@ def _panel(path: str, word: str) -> Panel:
     return Panel("efficiency", (bars,), f"{word} on the ground, by order", unit="%", ends=_ends)
 
 
-_RATIO = Panel(
-    "transmissibility",
-    (Curve(f"{ByDirection.ROOT}/transmissibility", "{}"), level(lambda _: 1.0)),
-    "load on the ground over a load of one size at all frequencies",
-    log="xy",
-    height=1.4,
-)
+def _ratio(turning: bool) -> Panel:
+    of = of_freedoms(f"{ByDirection.ROOT}/transmissibility", turning)
+    words = f"load on the ground over the load, {'about' if turning else 'along'} axes"
+    return Panel("transmissibility", (Curve(of, "{}"), level(lambda _: 1.0)), words, log="xy")
+
+
 _BY_ORDER = (_panel(root, word) for word, root in _ROOTS.items())
-EFFICIENCY = Curves("isolation efficiency", (*_BY_ORDER, _RATIO), names=6)
+EFFICIENCY = Curves(
+    "isolation efficiency",
+    (*_BY_ORDER, _ratio(False), _ratio(True)),
+    columns=2,
+    names=6,
+    level="row",
+)

@@ -20,20 +20,18 @@ from vibecalc.core.report.canvas import (
 from vibecalc.core.report.curves import (
     Curve,
     Curves,
-    Look,
     Mark,
     Panel,
     Plot,
     level,
     limits,
-    over_turn,
     peak,
     resonances,
-    sourced,
     spans,
     usual_ends,
 )
 from vibecalc.core.report.sections import having, labels, scalar_of, speed_of, table_of
+from vibecalc.core.report.sources import Look, over_turn, sourced
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING
@@ -225,6 +223,10 @@ def _modes(natural: Quantity) -> list[str]:
     return [f"mode {mode}\n{show(hertz(float(value)), digits=4)} Hz" for mode, value in each]
 
 
+#: share of the energy that is all of it
+_ALONE = 0.9999
+
+
 def _shares(result: Result) -> Quantity | None:
     """Share of each coordinate in the modes, which are named with their frequencies."""
     share = having(result.record, "isolation/modes/energy_fraction", "mode", "coordinate")
@@ -236,8 +238,16 @@ def _shares(result: Result) -> Quantity | None:
     return replace(share, path="", values=share.values.T, axes=(coordinates, modes))
 
 
+def _modal_words(result: Result) -> str:
+    share = result.record["isolation/modes/energy_fraction"].values
+    alone = bool(np.all(np.abs(share).max(axis=1) > _ALONE))
+    return "modes on the mounts: " + (
+        "each in one coordinate alone" if alone else "shares of energy"
+    )
+
+
 MODAL_ENERGY = Curves(
-    "modes on the mounts: shares of energy",
+    _modal_words,
     (Panel("share of the energy", (Curve(_shares, "{}", bars=True),), unit="%", stacked=True),),
     names=6,
 )

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, TOTAL, unit_words, waves
-from vibecalc.core.report.curves import Curve, Curves, Panel, over_turn
+from vibecalc.core.report.curves import Curve, Curves, Panel
 from vibecalc.core.report.sections import having
+from vibecalc.core.report.sources import over_turn
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Result
 

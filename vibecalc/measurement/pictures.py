@@ -145,7 +145,7 @@ def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
         drawn = np.where(np.isfinite(values), values, np.nan)
         place = np.asarray(quantity.axes[0].values, dtype=float)
         kept = place <= max(float(np.max(orders)), 10.0)
-        axes.plot(place[kept], drawn[kept], mark + "-", color=colour, lw=0.8, label=words)
+        axes.plot(place[kept], drawn[kept], mark, color=colour, label=words)
     axes.set_title("rotation", loc="left")
     axes.set_xlabel("harmonic")
     axes.set_ylabel(level_words(result, "angular_", "rad/s$^2$").replace(" re", "\nre"))

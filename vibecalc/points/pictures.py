@@ -3,18 +3,9 @@
 import numpy as np
 
 from vibecalc.core.report.canvas import LIMIT, QUIET
-from vibecalc.core.report.curves import (
-    Curve,
-    Curves,
-    Mark,
-    Panel,
-    Plot,
-    entry_of,
-    operating,
-    peak,
-    spans,
-)
+from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, Plot, operating, peak, spans
 from vibecalc.core.report.sections import having, speed_of
+from vibecalc.core.report.sources import entry_of
 from vibecalc.core.report.writing import hertz
 from vibecalc.core.results.record import Result
 from vibecalc.points.report import band_in_hertz, band_words, boundaries, standard_of

@@ -35,7 +35,6 @@ _BARS = tuple(Curve(f"response/{k}_energy/peak_by_order", k, bars=True) for k in
 ENERGY_BY_ORDER = Curves(
     "largest energy of each order alone",
     (Panel("energy", _BARS, log="y", ends=decades(_DECADES)),),
-    high=3.9,
 )
 
 

@@ -455,6 +455,7 @@ SUBJECT = Subject(
         "torsion_shapes": "vibecalc.torsion.pictures.modes:draw_torsion_shapes",
         "torsion_campbell": "vibecalc.torsion.pictures.modes:draw_torsion_campbell",
         "torsion_speeds": "vibecalc.torsion.pictures.speeds:TORSION_SPEEDS",
+        "counted_cycles": "vibecalc.torsion.pictures.studies:COUNTED_CYCLES",
         "torsion_limits": "vibecalc.torsion.pictures.speeds:TORSION_LIMITS",
         "torsion_curves": "vibecalc.torsion.pictures.excitation:TORSION_CURVES",
         "torsion_station_curves": "vibecalc.torsion.pictures.excitation:TORSION_STATION_CURVES",

@@ -159,7 +159,7 @@ TRANSIENTS = (
                "of its plates, first end less second, own shaft", curve="clutch_slip"),
         _study("counted/range", _COUNTED, "N*m",
                "largest of the bin, crest less trough of a cycle"),
-        _study("counted/number", _COUNTED, "", "of cycles in the bin", curve="counted_cycles"),
+        _study("counted/number", _COUNTED, "", "of cycles in the bin"),
         _study("counted/mean", _COUNTED, "N*m", "mean of the cycles in the bin"),
         _study("counted/largest_range", "section", "N*m", "of any cycle"),
         _study("counted/largest_stress_range", "section", "Pa", "of any cycle, shear"),

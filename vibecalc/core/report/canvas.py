@@ -30,13 +30,13 @@ WIDTH = 160.0 / 25.4
 TYPE = 8.5
 _HIGHEST = 230.0 / 25.4
 #: letters of 9 pt in the width of a page
-_LETTERS = 92
+LETTERS = 92
 #: what keeps words readable over lines
 PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 #: points of a curve up to which they are drawn
 _SEEN = 60
-#: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
-_FEW = 1e3
+#: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well; at least
+_FEW, _FEWEST = 1e3, 3
 #: and from which on not every power of ten has one
 _MANY = 1e12
 #: the least that is written as a plain number
@@ -67,7 +67,7 @@ def canvas(result: Any, subtitle: str, height: float) -> "Figure":
     figure = Sheet(figsize=(WIDTH, min(TYPE / 10.0 * height, _HIGHEST)), layout="constrained")
     FigureCanvasAgg(figure)
     title = str(result.case.get("title") or result.name)
-    figure.suptitle("\n".join(fold(f"{title}\n{subtitle}".rstrip(), _LETTERS)), fontsize=9)
+    figure.suptitle("\n".join(fold(f"{title}\n{subtitle}".rstrip(), LETTERS)), fontsize=9)
     return figure
 
 
@@ -194,14 +194,18 @@ def read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
 def plain_ticks(axis: Any) -> None:
     """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis; over decades 1, 10, 100.
 
-    Where the axis ends now, and between these no others, which cost as much and say less.
+    On an axis too short for three of these they are even. It ends where it does now, and between
+    these there are no others, which cost as much and say less.
     """
-    from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
+    from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
     low, high = axis.get_view_interval()
     subs = (1.0, 2.0, 5.0) if high < _FEW * low else (1.0,)
     every = LogLocator(subs=subs, numticks=99 if high < _MANY * low else 9).tick_values(low, high)
-    axis.set_major_locator(FixedLocator(every[(every > 0.999 * low) & (every < 1.001 * high)]))
+    inside = every[(every > 0.999 * low) & (every < 1.001 * high)]
+    if inside.size < _FEWEST:
+        inside = MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(low, high)
+    axis.set_major_locator(FixedLocator(inside))
     if low >= _LEAST and high <= 1e2 / _LEAST:
         axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())

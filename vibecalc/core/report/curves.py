@@ -6,11 +6,14 @@ a result lacks is left out; without any of its curves there is no picture.
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from vibecalc.core.report.canvas import (
+    COLOURS,
+    LETTERS,
     LIMIT,
     PLATE,
     QUIET,
@@ -29,9 +32,19 @@ from vibecalc.core.report.canvas import (
     plain_ticks,
     read_in,
     unit_words,
-    waves,
 )
 from vibecalc.core.report.sections import labels, magnitudes, scalar_of
+from vibecalc.core.report.sources import (
+    READ_IN,
+    Ends,
+    Look,
+    Number,
+    Source,
+    Words,
+    across,
+    said,
+    sourced,
+)
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
@@ -42,104 +55,34 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# ----------------------------------------------------------------------------
-# What stands in a description: text or a function of the result, a path or what is made of one.
-# ----------------------------------------------------------------------------
-
-Words = str | Callable[[Result], str]
-Source = str | Callable[[Result], Quantity | None]
-Number = str | Callable[[Result], Any]
-Look = Mapping[str, Any]
-Ends = tuple[float | None, float | None]
-
 #: curves of a quantity that are drawn, the largest of many
 _MOST = 6
 #: what two curves differ by at most that are drawn as one
 _EQUAL = 1e-6
-_ICE = 273.15
-#: units of axes that are read in others, and words below an axis
-_READ = {"rad": "deg", "rad/s": "rpm", "m": "mm"}
-_BELOW = {
-    "speed": "crank speed in rpm",
-    "order": "order, multiple of the crank speed",
-}
 #: up to which order an axis of them has ticks at half ones
 _FEW_ORDERS = 6.0
-#: s, a time up to which it is read in ms
-_SHORT = 0.1
 #: of a history, what begins before begins with it
 _EARLY = 0.02
 #: ratio of places below which two marks have no room for words of their own
 _CLOSE = 1.18
+#: and within which a word beside the line of a resonance stands
+_BESIDE = 1.06
 #: of the axis, beyond which words stand at the left of their dot
 _RIGHT = 0.7
+#: of the distance of two orders, where the dots of one stand on a logarithmic axis
+_DOTS = 0.2
+#: letters that the line before a name takes the place of
+_HANDLE = 7
+#: points of a line that is level across the axes, which is no curve
+_LEVEL = 2
 #: height of a strip of spans at the foot
 _STRIP = 0.05
 #: room above curves for the words of resonances, as a factor, for one mode and for several
-_ROOM = (1.2, 1.9)
+_ROOM = (1.3, 2.1)
 #: the least that has a place on a logarithmic axis
 _LEAST = 1e-300
 #: the lowest speed of a logarithmic axis, of the highest one: below it little moves
 _SLOW = 0.01
-
-
-def said(words: Words, result: Result) -> str:
-    """Text, or what a function makes of a result."""
-    return words if isinstance(words, str) else words(result)
-
-
-def sourced(source: Source, result: Result) -> Quantity | None:
-    """The quantity at a path or of a function; None if there is none over an axis."""
-    found = result.record.quantities.get(source) if isinstance(source, str) else source(result)
-    return found if found is not None and found.axes and np.size(found.values) else None
-
-
-def across(axis: Axis) -> tuple[np.ndarray, str]:
-    """Places on the page of the values of an axis, and the words below them."""
-    words = axis.long_name or axis.name.replace("_", " ")
-    if axis.values.dtype.kind not in "biuf":
-        return np.arange(len(axis.values), dtype=float), words
-    values = np.asarray(axis.values, dtype=float)
-    if axis.unit == "K":
-        return values - _ICE, f"{words} in $\\degree$C"
-    unit = _READ.get(axis.unit, axis.unit)
-    if unit == "s":
-        unit = "s" if np.max(np.abs(values), initial=0.0) > _SHORT else "ms"
-        words = "time"
-    return values * convert(1.0, axis.unit, unit), _BELOW.get(
-        axis.name, f"{words} in {unit_words(unit)[1]}" if unit else words
-    )
-
-
-def over_turn(path: str, pick: Callable[[np.ndarray], Any] = np.isfinite) -> Source:
-    """Harmonics of the orders that `pick` says, summed over the crank angle; halves: two turns."""
-
-    def made(result: Result) -> Quantity | None:
-        found = sourced(path, result)
-        if found is None:
-            return None
-        order = np.asarray(found.axes[-1].values, dtype=float)
-        chosen, turns = np.flatnonzero(pick(order)), 2 if np.any(order % 1.0) else 1
-        angle = np.linspace(0.0, 2.0 * np.pi * turns, max(721, int(16 * turns * order.max()) + 1))
-        values = np.real(np.asarray(found.values)[..., chosen] @ waves(order[chosen], angle))
-        axis = Axis(name="crank_angle", values=angle, unit="rad", long_name="crank angle")
-        return replace(found, path="", values=values, axes=(*found.axes[:-1], axis), terms=0.0)
-
-    return made
-
-
-def entry_of(path: str, pick: int | Callable[[Result], Any] | None) -> Source:
-    """A quantity with one entry of its first axis, or some, at the places that `pick` gives."""
-
-    def made(result: Result) -> Quantity | None:
-        found = sourced(path, result)
-        i = None if found is None else pick(result) if callable(pick) else pick
-        if found is None or i is None:
-            return None
-        only = replace(found.axes[0], values=found.axes[0].values[np.atleast_1d(i)])
-        return replace(found, values=found.values[np.atleast_1d(i)], axes=(only, *found.axes[1:]))
-
-    return made
 
 
 # ----------------------------------------------------------------------------
@@ -195,9 +138,9 @@ class Curve:
     Of many entries the `most` with the largest values are drawn, and those that references stand
     on, equal ones as one; their names stand at `{}` of `words`, at `{each}` as `mounts 1, 2`.
     `part` makes numbers of complex values, their size if nothing is said. `upto` fills the band
-    to another quantity, `bars` draws bars, with ranges between the two quantities `within` where
-    these differ. References of the case on the quantity, so far `apart`, and limits of it are
-    drawn with it where its values are.
+    to another quantity, `bars` draws bars (dots on a logarithmic axis, which has no zero), with
+    ranges between the two quantities `within` where these differ. References of the case on the
+    quantity, so far `apart`, and limits of it are drawn with it where its values are.
     """
 
     of: Source
@@ -220,12 +163,12 @@ class Curve:
         x = x[rank]
         upper = sourced(self.upto, plot.result) if self.upto else None
         for names, row, place in self.rows(quantity, plot.result):
-            colour, dashes = plot.colour()
             joined = ", ".join(names)
             each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {joined}" * any(names)
             label = said(self.words, plot.result).replace("{}", joined).replace("{each}", each)
+            colour, dashes = plot.colour(joined or label, self.look.get("color"))
             look = {"color": colour, **self.look, "label": label or None}
-            colour, aside, y = look["color"], 0.0, plot.factor * row[rank]
+            aside, y = 0.0, plot.factor * row[rank]
             if "y" in plot.panel.log:  # what has no place on such an axis is a gap
                 y = np.where(y > max(_LEAST, 1e-30 * np.nanmax(y, initial=0.0)), y, np.nan)
             plot.drawn.append((x, y))
@@ -239,7 +182,7 @@ class Curve:
             elif self.bars:
                 aside, colour = plot.bars(x, y, look), TOTAL
                 self._ranges(plot, x + aside, y, place)
-            else:
+            elif not plot.named_with_its_equal(x, y, label):
                 axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
             for name in names if self.part is None else ():
                 plot.points += list(draw_points(
@@ -348,7 +291,7 @@ def spans(path: str, words: str = "", ends: tuple[str, str] = ("low", "high"), s
         low, high = (sourced(f"{path}/{end}", plot.result) for end in ends)
         if low is None or high is None:
             return
-        factor = convert(1.0, low.unit, _READ.get(low.unit, low.unit))
+        factor = convert(1.0, low.unit, READ_IN.get(low.unit, low.unit))
         upto = _STRIP if low.values.size > strip else 1.0
         style = {"color": "#f3c6cc", "linewidth": 1.0, "zorder": 0, **look}
         for i, (start, stop) in enumerate(zip(low.values, high.values, strict=True)):
@@ -403,7 +346,7 @@ def first_of(record: Record, *paths: str) -> np.ndarray:
 def resonances(*paths: str) -> Mark:
     """Lines where order 1 or 2 meets a natural frequency, of the first of `paths` that is there.
 
-    Close ones of an order share their words, which stand above the curves.
+    Close ones of an order share their words, which stand above the curves or at the foot.
     """
 
     def draw(plot: "Plot") -> None:
@@ -422,16 +365,19 @@ def resonances(*paths: str) -> Mark:
                 which = f", mode{'s' * (last > first)} {first + 1}" * (len(modes) > 1)
                 which += f"{' to ' if last > first + 1 else ', '}{last + 1}" * (last > first)
                 named.append((float(modes[first] / order), f"order {order}{which}"))
-        top = max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
-        if named:
-            plot.axes.update_datalim([(named[0][0], _ROOM[len(modes) > 1] * top)])
-        free = 0.0
+        free, top = 0.0, max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
         for at, words in sorted(named):
+            near = [y[(x > at / _BESIDE) & (x < at * _BESIDE)] for x, y in plot.drawn]
+            crest = max(float(np.nanmax(y, initial=0.0)) for y in near)
+            # at the foot below curves that are high there
+            foot = min(float(np.nanmin(y, initial=top)) for y in near) > 0.5 * top
+            if not foot or "y" in plot.panel.log:
+                plot.axes.update_datalim([(at, _ROOM[len(modes) > 1] * crest)])
             # next to the line, on its other side where the word before it stands
             right, free = at < free, _CLOSE * at
-            note(plot.axes, words, (at, 0.98), (2 if right else -2, 0), zorder=4, rotation=90,
-                 ha="left" if right else "right", va="top", color=QUIET, bbox=PLATE,
-                 xycoords=plot.axes.get_xaxis_transform())  # fmt: skip
+            note(plot.axes, words, (at, 0.03 if foot else 0.9), (2 if right else -2, 0), zorder=4,
+                 rotation=90, ha="left" if right else "right", va="bottom" if foot else "top",
+                 color=QUIET, bbox=PLATE, xycoords=plot.axes.get_xaxis_transform())  # fmt: skip
 
     return draw
 
@@ -522,13 +468,38 @@ class Plot:
     unit: str = ""
     drawn: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     points: list[float] = field(default_factory=list)
-    _used: int = 0
+    #: places in the palette of the curves of all panels of the picture, by name and by how many
+    #: curves of this panel have had that name
+    places: dict[tuple[str, int], int] = field(default_factory=dict)
+    looks: list[tuple[str, str]] = field(default_factory=list)
+    _names: set[str] = field(default_factory=set)
+    _own: list[str] = field(default_factory=list)
     _bars: list[np.ndarray] = field(default_factory=list)
 
-    def colour(self) -> tuple[str, str]:
-        """The next colour, with dashes once all are used."""
-        self._used += 1
-        return palette(self._used - 1)
+    def colour(self, name: str, given: str | None = None) -> tuple[str, str]:
+        """Colour and dashes of the next curve, the same for one name in all panels."""
+        key = (name, self._own.count(name))
+        self._own.append(name)
+        if given in COLOURS:
+            self.places.setdefault(key, COLOURS.index(given))
+        elif given is None and key not in self.places:
+            # free are colours of what has no name, and of other panels where each has its legend
+            held = {place for (one, _), place in self.places.items()
+                    if one in self._names or (one and not self.panel.legend)}  # fmt: skip
+            self.places[key] = next(place for place in count() if place not in held)
+        self.looks.append((given, "-") if given else palette(self.places[key]))
+        return self.looks[-1]
+
+    def named_with_its_equal(self, x: np.ndarray, y: np.ndarray, label: str) -> bool:
+        """Whether such a curve is drawn already, which then has this name as well."""
+        near = _EQUAL * np.nanmax(np.abs(y), initial=0.0)
+        for line in self.axes.lines if len(x) > _LEVEL else ():
+            u, v = line.get_data()
+            if np.array_equal(x, u) and np.allclose(y, v, rtol=0.0, atol=near, equal_nan=True):
+                names = [one for one in (str(line.get_label()), label) if one and one[0] != "_"]
+                line.set_label("; ".join(names) or None)
+                return True
+        return False
 
     def limit(self, words: str, bound: float) -> None:
         """A limit in SI, with its words above it."""
@@ -547,15 +518,24 @@ class Plot:
         ]
         several, before = sum(map(len, each)), len(self._bars)
         self._bars.append(np.nan_to_num(y))
-        step = float(np.min(np.diff(x), initial=1.0))
+        step = self._step(x)
         if self.panel.stacked:  # what is negative below zero
             same = [np.where(y * one > 0.0, one, 0.0) for one in self._bars[:-1]]
             bars(self.axes, x, self._bars[-1], 0.75 * step, np.sum(same, axis=0), **look)
             return 0.0
-        width = 0.8 * step / several
+        dots = "y" in self.panel.log
+        width = (_DOTS if dots else 0.8) * step / several
         aside = (before - 0.5 * (several - 1)) * width
-        bars(self.axes, x + aside, self._bars[-1], 0.92 * width, **look)
+        if dots:
+            self.axes.plot(x + aside, y, "o", **look)
+        else:
+            bars(self.axes, x + aside, self._bars[-1], 0.92 * width, **look)
         return aside
+
+    def _step(self, x: np.ndarray) -> float:
+        """Least distance of two bars, 1 at most where they stand at whole numbers."""
+        most = 1.0 if self.axis.values.dtype.kind != "f" else float(np.ptp(x)) or 1.0
+        return float(np.min(np.diff(x), initial=most))
 
     def named(self) -> dict[str, Any]:
         """What stands in a legend, each name once."""
@@ -575,6 +555,9 @@ class Plot:
             words += "in {}" if words.endswith("\n") else " in {}"
         axes.set_ylabel(words.replace("{}", self.unit))
         axes.set_title(said(panel.title, result), loc="left")
+        self._names = {", ".join(names) or said(one.words, result)
+                       for one, quantity in curves
+                       for names, *_ in one.rows(quantity, result)}  # fmt: skip
         for part in panel.parts:
             part(self)
         ends = [(np.nanmin(y, initial=0.0), np.nanmax(y, initial=0.0)) for _, y in self.drawn]
@@ -595,7 +578,7 @@ class Plot:
         elif axis.values.dtype.kind not in "biuf":
             axes.set_xticks(range(len(axis.values)), labels(axis))
         elif self._bars:
-            step = float(np.min(np.diff(np.unique(x)), initial=1.0))
+            step = self._step(np.unique(x))
             axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
             axes.grid(visible=False, axis="x")
             if axis.name == "order":
@@ -633,7 +616,7 @@ class Plot:
 class Curves:
     """A picture: panels in `columns`, those that a result has curves of, each `high` in inches.
 
-    Names of curves stand below it, `names` in a row, unless a panel has them. Panels that are
+    Names of curves stand below it, up to `names` in a row, unless a panel has them. Panels that are
     `level` have one upright axis, or one in each row.
     """
 
@@ -663,12 +646,13 @@ class Curves:
             places[-1].set_visible(False)
             places[-1] = figure.add_subplot(places[0].get_gridspec()[-1, :])
         named: dict[str, Any] = {}
+        taken: dict[tuple[str, int], int] = {}
         largest: dict[str, float] = {}  # one unit for all that is read in the same
         for one in (quantity for _, curves in found for _, quantity in curves):
             size = float(np.nanmax(gaps(np.abs(one.values)), initial=0.0))
             largest[one.unit] = max(size, largest.get(one.unit, 0.0))
         for i, (axes, (panel, curves)) in enumerate(zip(places, found, strict=True)):
-            plot = Plot(axes, result, panel, curves[0][1].axes[-1], largest)
+            plot = Plot(axes, result, panel, curves[0][1].axes[-1], largest, places=taken)
             plot.draw(curves)
             axes.set_xlabel(said(panel.below, result) or across(plot.axis)[1])
             if columns > 1:
@@ -676,7 +660,9 @@ class Curves:
                 axes.set_ylabel("" if self.level and i % columns else axes.get_ylabel())
             named |= {} if panel.legend else plot.named()
         if named:
-            figure.legend(named.values(), named, loc="outside lower center", ncols=self.names)
+            fitting = max(LETTERS // (max(map(len, named)) + _HANDLE), 1)
+            figure.legend(named.values(), named, loc="outside lower center",
+                          ncols=min(self.names, fitting))  # fmt: skip
         for i, (axes, below) in enumerate(zip(places, places[columns:], strict=False)):
             if overs[i] == overs[i + columns] and axes.get_xlim() == below.get_xlim():
                 axes.set_xlabel("")

@@ -129,6 +129,7 @@ def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
         return HEADLINES[path].name, HEADLINES[path].unit or unit
     turns = unit == "rad/s" and path.endswith("speed")  # by its path a speed of rotation
     shown = "rpm" if turns else READ.get(unit, unit)
+    shown = "N/mm^2" if unit == "Pa" and "stress" in path else shown
     if unit == "rad":  # as the first table has it of what is called the same
         same = (one.unit for other, one in HEADLINES.items()
                 if _last(other) == _last(path) and CATALOGUE[other].unit == unit)  # fmt: skip

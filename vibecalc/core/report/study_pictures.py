@@ -69,19 +69,21 @@ _BARS = 20
 
 
 def draw_combinations(result: Result) -> "Figure | None":
-    """Bars of the objective, those that keep no limits left out; None where nothing is picked."""
+    """Bars of the objective, words at those that keep no limits; None where nothing is picked."""
     objective = having(result.record, f"{PREFIX}combinations/objective", "combination")
     if objective is None or not np.any(np.isfinite(objective.values)):
         return None
-    shown = np.flatnonzero(np.isfinite(objective.values))[:_BARS]
-    goal, texts = objective_of(result, objective.unit), labels(objective.axes[0])
-    heights = objective.values[shown] * goal.factor
-    figure = canvas(result, "optimisation: combinations", 1.6 + 0.34 * shown.size)
-    axes, colours = figure.subplots(), [COLOURS[0], *[QUIET] * (shown.size - 1)]
-    lying(axes, range(shown.size), heights.tolist(), 0.62, show, color=colours)
+    goal, texts = objective_of(result, objective.unit), labels(objective.axes[0])[:_BARS]
+    kept = np.isfinite(objective.values[:_BARS])
+    heights = goal.factor * objective.values[:_BARS][kept]
+    figure = canvas(result, "optimisation: combinations", 1.6 + 0.34 * kept.size)
+    axes, colours = figure.subplots(), [COLOURS[0], *[QUIET] * (heights.size - 1)]
+    lying(axes, np.flatnonzero(kept), heights.tolist(), 0.62, show, color=colours)
+    for place in np.flatnonzero(~kept):
+        note(axes, "does not keep the limits", (0.0, place), (4, 0), va="center", color=LIMIT)
     axes.set_xlim(right=1.15 * max(0.0, float(np.max(heights))) or None)
     label = f"{_with_unit(goal)}: at its best with each"
-    name_rows(axes, [texts[place] for place in shown], label, legend=False)
+    name_rows(axes, texts, label, legend=False)
     return figure
 
 

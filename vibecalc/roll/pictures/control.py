@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, ORDER_NAMES, QUIET, TOTAL, canvas
-from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Plot, Source
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot
 from vibecalc.core.report.sections import having, scalar_of, table_of
+from vibecalc.core.report.sources import Look, Source
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.roll.report.control import CONTROL, status_words

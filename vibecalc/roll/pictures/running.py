@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis, note
-from vibecalc.core.report.curves import Curve, Curves, Ends, Look, Panel, Plot
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot
 from vibecalc.core.report.sections import along, having, scalar_of, table_of
+from vibecalc.core.report.sources import Ends, Look
 from vibecalc.core.report.writing import ZERO, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.roll.pictures.motor import MotorCurve, ends, motor_curve, rpm_of, zeros_of

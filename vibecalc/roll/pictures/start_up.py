@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, note
-from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, Plot, Source, level
+from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, Plot, level
 from vibecalc.core.report.sections import along, having, scalar_of, table_of
+from vibecalc.core.report.sources import Source
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 

@@ -21,20 +21,9 @@ from vibecalc.core.report.canvas import (
     unit_words,
     waves,
 )
-from vibecalc.core.report.curves import (
-    Curve,
-    Curves,
-    Ends,
-    Mark,
-    Panel,
-    Plot,
-    Source,
-    level,
-    operating,
-    sourced,
-    spans,
-)
+from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, Plot, level, operating, spans
 from vibecalc.core.report.sections import having, labels, speed_of, table_of
+from vibecalc.core.report.sources import Ends, Source, sourced
 from vibecalc.core.report.writing import fold, hertz, rpm, show, turns
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.torsion.report.line import (
@@ -159,7 +148,10 @@ def headroom(share: float) -> Callable[[Plot], Ends]:
 def _one_cylinder(result: Result, times: float) -> Panel:
     grown = partial(_grown, times=times, inertia="inertia_torque")
     total, harmonics = grown("total_torque"), _grown("total", times, "inertia")
-    at = at_speed(result) if times == 1.0 else f" at {turns(times * (speed_of(result) or 0.0))} rpm"
+    at = at_speed(result)
+    if times != 1.0:
+        which = "twice that" if times == _TWICE else "the end of the range"
+        at = f" at {turns(times * (speed_of(result) or 0.0))} rpm, {which}"
     return Panel(
         "torque of one\ncylinder",
         (
@@ -169,7 +161,7 @@ def _one_cylinder(result: Result, times: float) -> Panel:
             Curve(_of_orders(total, harmonics), _orders_words, _DASHED),
             _missed,
         ),
-        f"one cylinder from its firing on{at}",
+        f"one cylinder{at}",
         unit=torque_words,
         ends=headroom(0.22),
         legend={"loc": "upper right", "ncols": 4},
@@ -255,7 +247,7 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
     stars = alike(phases, mirrored)[:_STARS]
     fires = np.array([name not in silent(result) for name in named])
     words = f"phase vectors of the cylinders by order{' (mirror images count as equal)' * mirrored}"
-    words += ";\nbelow, each times the shape of a mode, end to end, over what all in line would be"
+    words += ";\nbelow: times the mode shape at each throw, added up, over the sum of all in phase"
     for ill in misfire_words(result):
         are, they = ("is", "it") if fires.sum() == len(named) - 1 else ("are", "they")
         words += f"\n{ill} and {are} not in the sums (dashed); all: if {they} did"
@@ -570,16 +562,16 @@ def _orders(name: str, one: str) -> Mark:
         x = rpm(1.0) * np.asarray(found.axes[-1].values, dtype=float)
         strong = np.argsort(-tops, kind="stable")[:_ORDERS]
         strong = strong[tops[strong] >= _FAINT * tops.max(initial=0.0)]
-        for number, i in enumerate(np.sort(strong)):
-            colour, y = COLOURS[number % len(COLOURS)], plot.factor * sizes[i]
+        for i in np.sort(strong):
+            order, y = order_text(found.axes[1].values[i]), plot.factor * sizes[i]
+            colour, _ = plot.colour(f"order {order}")
             plot.axes.plot(x, y, color=colour, linewidth=0.8, zorder=3)
             best = int(np.nanargmax(sizes[i]))
             side = "left" if best < _EDGE * len(x) else "center"
             side = "right" if best > (1.0 - _EDGE) * len(x) else side
             aside = {"left": 3, "center": 0, "right": -3}[side]
-            note(plot.axes, order_text(found.axes[1].values[i]), (float(x[best]), float(y[best])),
-                 (aside, 2), ha=side, va="bottom",
-                 color=colour, bbox=PLATE, zorder=6, fontsize=8)  # fmt: skip
+            note(plot.axes, order, (float(x[best]), float(y[best])), (aside, 2), ha=side,
+                 va="bottom", color=colour, bbox=PLATE, zorder=6)  # fmt: skip
 
     return draw
 

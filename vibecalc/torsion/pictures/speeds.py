@@ -1,6 +1,6 @@
 """Pictures of a shaft line against speed: loads, dampers, limits, couplings, named orders."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -10,18 +10,15 @@ from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, gaps, keep
 from vibecalc.core.report.curves import (
     Curve,
     Curves,
-    Ends,
-    Look,
     Mark,
     Panel,
     Plot,
-    Source,
     draw_points,
     operating,
-    sourced,
     spans,
 )
 from vibecalc.core.report.sections import having, labels
+from vibecalc.core.report.sources import Ends, Look, Source, sourced
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import also, misfire_words, torque_words
@@ -29,7 +26,6 @@ from vibecalc.torsion.report.limits import limits_of, of_torque, rule_of
 from vibecalc.torsion.report.line import (
     MILLI,
     TORSION,
-    every,
     mode_names,
     names,
     order_text,
@@ -432,14 +428,11 @@ TORSION_DAMPERS = Curves(
 
 
 # ----------------------------------------------------------------------------
-# A panel for each limit: what it is of in the section or gear of largest use, and what is allowed.
+# Utilisation of each limit in the section or gear where it is largest.
 #
 # Where a case has limits of stresses by tables and UR M68 alone, these stand in the picture of the
 # stresses against the speed, and there is none of these panels.
 # ----------------------------------------------------------------------------
-
-#: panels of one picture
-_LIMIT_PANELS = 8
 
 
 def _cross_section(record: Record, limit: int, place: int) -> float | None:
@@ -457,78 +450,69 @@ def _cross_section(record: Record, limit: int, place: int) -> float | None:
     return float(here.values[limit, column[0]]) / torque if torque > 0.0 else None
 
 
-def _panel(result: Result, limit: int, rule: str) -> Panel | None:
-    """The load of largest use of a limit, counted from 0, and what is allowed."""
-    record, torques = result.record, bool(of_torque(result.record)[limit])
-    section, gear, use, at = (
-        vector(record, f"limit/{name}", "limit")
-        for name in ("section", "gear", "largest_use", "speed")
-    )
+def _used(limit: int, name: str) -> Source:
+    """Load of largest use of a limit, counted from 0, over what is `allowed`, or `transient`."""
+
+    def made(result: Result) -> Quantity | None:
+        record, torques = result.record, bool(of_torque(result.record)[limit])
+        use, at = (vector(record, f"limit/{one}", "limit") for one in ("largest_use", "speed"))
+        bound = record.quantities.get(f"{TORSION}limit/{'torque_' * torques}{name}")
+        load, place = _loaded(record, limit)
+        factor = 1.0 if torques or place is None else _cross_section(record, limit, place)
+        if load is None or place is None or bound is None or use is None or at is None:
+            return None
+        if factor is None or not np.any(np.isfinite(bound.values[limit])):
+            return None
+        speed = np.asarray(load.axes[1].values, dtype=float)
+        allowed = np.interp(speed, bound.axes[1].values, gaps(bound.values[limit]))
+        values = factor * np.asarray(load.values[place], dtype=float) / allowed
+        if name == "allowed" and np.isfinite(use[limit]):
+            speed, values = through(speed, values, np.array([[at[limit], use[limit]]]))
+        axes = (replace(load.axes[1], values=speed),)
+        return replace(load, path="", values=values, unit="", axes=axes)
+
+    return made
+
+
+def _loaded(record: Record, limit: int) -> tuple[Quantity | None, int | None]:
+    """Loads over the speed that a limit counts, and the place of the section or gear among them."""
+    section, gear = (vector(record, f"limit/{name}", "limit") for name in ("section", "gear"))
     of_gear = gear is not None and bool(gear[limit])
-    load = record.quantities.get(
-        f"{TORSION}speeds/{'gear_torque' if of_gear else 'torque_half_range'}"
-    )
-    if section is None or load is None or use is None or at is None:
-        return None
-    place = int((gear if of_gear and gear is not None else section)[limit]) - 1
-    factor = 1.0 if torques else _cross_section(record, limit, place)
-    if factor is None:
-        return None
-    unit, prefix = ("N*m", "torque_") if torques else ("Pa", "")
-
-    def allowed(name: str) -> Callable[[Result], Quantity | None]:
-        found = record.quantities.get(f"{TORSION}limit/{prefix}{name}")
-        if found is None or not np.any(np.isfinite(found.values[limit])):
-            return lambda _: None
-        one = replace(found, path="", values=found.values[limit], axes=found.axes[1:])
-        return lambda _: one
-
-    speed = np.asarray(load.axes[1].values, dtype=float)
-    values = factor * np.asarray(load.values[place], dtype=float)
-    lasting = allowed("allowed")(result)
-    top = np.nan
-    if lasting is not None:
-        top = float(use[limit] * np.interp(at[limit], speed, lasting.values))
-    if np.isfinite(top):  # the place of largest use
-        speed, values = through(speed, values, np.array([[at[limit], top]]))
-    axes = (replace(load.axes[1], values=speed),)
-    curve = replace(load, path="", values=values, unit=unit, axes=axes)
-    line = {"color": LIMIT, "linewidth": 1.4, "marker": ""}
-    return Panel(
-        "torque" if torques else "stress",
-        (
-            Curve(lambda _: curve, labels(load.axes[0])[place], {"color": TOTAL, "marker": ""}),
-            Curve(allowed("allowed"), "allowed, continuous operation", line),
-            Curve(allowed("transient"), "allowed, passage", {**line, "linestyle": "-."}),
-            operating,
-            partial(_exceeded, limit),
-        ),
-        f"limit {limit + 1}: {rule}",
-        torque_words(result) if torques else "N/mm^2",
-        ends=(0.0, None),
-        legend=_BESIDE,
+    load = "gear_torque" if of_gear else "torque_half_range"
+    place = gear if of_gear else section
+    return record.quantities.get(f"{TORSION}speeds/{load}"), (
+        None if place is None else int(place[limit]) - 1
     )
 
 
-def _panels(result: Result) -> list[Panel]:
+def _limit_panels(result: Result) -> list[Panel]:
     record, given = result.record, limits_of(result)
     own = any(one.get("rule") == "iacs_m53" for one in given) or np.any(of_torque(record))
     if f"{TORSION}limit/largest_use" not in record or not own:
         return []
-    made = (_panel(result, i, rule_of(one).name) for i, one in enumerate(given[:_LIMIT_PANELS]))
-    return [one for one in made if one is not None]
-
-
-def _exceeded(limit: int, plot: Plot) -> None:
-    """Ranges in which this limit is exceeded for continuous operation."""
-    found = every(plot.result.record, "exceeded", "exceeded", "from", "to", "limit")
-    for start, end, which in np.transpose([one.values for one in found]).tolist():
-        if which == limit + 1:
-            plot.axes.axvspan(rpm(start), rpm(end), color="#E69F00", alpha=0.25, zorder=0)
+    words = []
+    for i, one in enumerate(given):
+        load, place = _loaded(record, i)
+        name = "" if load is None or place is None else f" of {labels(load.axes[0])[place]}"
+        words.append(f"limit {i + 1}{name}: {rule_of(one).name}")
+    exceeded = spans(f"{TORSION}exceeded", "exceeded for continuous operation", ("from", "to"),
+                     color="#E69F00", alpha=0.25)  # fmt: skip
+    return [
+        Panel(
+            "utilisation",
+            (*(Curve(_used(i, name), one) for i, one in enumerate(words)), *more, _permitted,
+             operating),
+            title,
+            unit="%",
+            ends=(0.0, None),
+        )
+        for name, title, more in (("allowed", "continuous operation", (exceeded,)),
+                                  ("transient", "passage", ()))
+    ]  # fmt: skip
 
 
 TORSION_LIMITS = Curves(
-    "stress and torque, half range of all orders, against their limits", _panels, high=1.9
+    "half range of all orders, in % of each limit", _limit_panels, high=2.9, names=2
 )
 
 

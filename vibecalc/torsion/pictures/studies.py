@@ -1,6 +1,7 @@
 """Pictures of studies: change in time, waterfall, variable inertia, modal route, damper design."""
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,26 +21,29 @@ from vibecalc.core.report.canvas import (
 from vibecalc.core.report.curves import (
     Curve,
     Curves,
-    Ends,
-    Look,
     Mark,
     Panel,
     Plot,
-    Source,
     decades,
-    entry_of,
     first_of,
     level,
     operating,
-    sourced,
 )
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
+from vibecalc.core.report.sources import Ends, Look, Source, entry_of, sourced
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import headroom, torque_words
 from vibecalc.torsion.pictures.modes import draw_orders
 from vibecalc.torsion.pictures.speeds import through
-from vibecalc.torsion.report.line import TORSION, at_speed, mode_names, place_of, torque_unit
+from vibecalc.torsion.report.line import (
+    TORSION,
+    at_speed,
+    mode_names,
+    order_text,
+    place_of,
+    torque_unit,
+)
 from vibecalc.torsion.report.studies import (
     DESIGN,
     OBJECTIVES,
@@ -145,7 +149,7 @@ _LOW, _HIGH = _crests("torque_low"), _crests("torque_high")
 _HALF = _crests("half_range")
 
 TORSION_TRANSIENT = Curves(
-    lambda result: change_in_words(result).rstrip(".").split(", growing")[0],
+    lambda result: unit_words(change_in_words(result).rstrip(".").split(", growing")[0])[1],
     (
         Panel(
             "torque",
@@ -181,6 +185,35 @@ TORSION_TRANSIENT = Curves(
     ),
     high=2.45,
 )  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
+# Cycles that rainflow counting finds in a change, a histogram of their ranges for each section.
+# ----------------------------------------------------------------------------
+
+
+def _counted(result: Result) -> list[Panel]:
+    ranges = having(result.record, TRANSIENT + "counted/range", "section", "range_bin")
+    number = having(result.record, TRANSIENT + "counted/number", "section", "range_bin")
+    if ranges is None or number is None:
+        return []
+    panels = []
+    (factor, unit), known = torque_unit(result.record), labels(ranges.axes[0])
+    words = f"range in {unit_words(unit)[1]}"
+    for name, tops, cycles in zip(known, ranges.values, number.values, strict=True):
+        middles = factor * (tops - 0.5 * tops[0])  # bins of one width from 0 on
+        along = Axis(name="range", values=middles, unit="", long_name=words)
+        one = replace(number, path="", values=cycles, axes=(along,))
+        bars = Curve(partial(_same, one), bars=True)
+        panels.append(Panel("cycles", (bars,), f"section {name}"))
+    return panels
+
+
+def _same(one: Quantity, _: Result) -> Quantity:
+    return one
+
+
+COUNTED_CYCLES = Curves("cycles of the change by their range, crest less trough", _counted)
 
 
 # ----------------------------------------------------------------------------
@@ -222,14 +255,20 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
         across, frequency, np.maximum(size, least).T, cmap="Blues", shading="gouraud",
         norm=LogNorm(vmin=least, vmax=top), rasterized=True,
     )  # fmt: skip
-    bar = figure.colorbar(shades, ax=axes, pad=0.06 if moves else 0.02)
+    bar = figure.colorbar(shades, ax=axes, pad=0.06)
     bar.set_label(f"amplitude in {unit_words(unit)[1]}")
     axes.set(xlim=(low, high), ylim=(0.0, highest), ylabel="frequency in Hz",
              xlabel="crank speed in rpm" if moves else "time in s")  # fmt: skip
     axes.grid(visible=False)
+    orders = _strongest(record)
     if moves:
-        orders = _strongest(record)
         draw_orders(axes, orders, np.zeros(orders.shape, bool), high, highest)
+    for order in () if moves else orders:
+        level_of = float(order) * hertz(float(np.mean(speed.values)))
+        if level_of < highest:
+            axes.axhline(level_of, color=QUIET, linewidth=0.5)
+            note(axes, order_text(float(order)), (1.0, level_of), (3, 0), va="center", color=QUIET,
+                 xycoords=axes.get_yaxis_transform(), annotation_clip=False)  # fmt: skip
     natural = hertz(1.0) * first_of(record, TORSION + "modes/natural_frequency")
     for name, value in zip(mode_names(result), natural, strict=True):
         if 0.0 < value < 0.98 * highest:

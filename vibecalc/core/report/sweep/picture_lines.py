@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.canvas import LIMIT, QUIET, keep_apart, note, palette, unit_words
+from vibecalc.core.report.canvas import LIMIT, QUIET, keep_apart, note, unit_words
 from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, resonances, rows_of
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
@@ -50,7 +50,7 @@ def draw_sweep_line(sweep: SweepView) -> "Figure | None":
         return None
     # a case that is a sweep says it in its title already
     title = str(sweep.case.get("title") or "")
-    over = "" if " over " in title else f"over {picture.grid[0].keys[0].label}"
+    over = "" if {"over", "against"} & {*title.split()} else f"over {picture.grid[0].keys[0].label}"
     panels = tuple(_panel(picture, one) for one in picture.shown)
     below = 1 if picture.star or picture.marks else 3
     words = "; ".join(filter(None, (over, picture.held)))
@@ -110,7 +110,7 @@ def _panel(picture: Picture, one: Shown) -> Panel:
         if one.worst.spread is not None:
             for i, (_, row, (line,)) in enumerate(rows_of(drawn, _LEVELS, np.real)):
                 spread = one.factor * one.worst.spread[numbers[line]]
-                _spread(axes, x, row, spread, palette(i)[0])
+                _spread(axes, x, row, spread, plot.looks[i][0])
         unbounded = places[np.isinf(values).any(axis=0)]
         foot = axes.get_xaxis_transform()
         if unbounded.size:
@@ -129,7 +129,7 @@ def _panel(picture: Picture, one: Shown) -> Panel:
                          label="the case as written")  # fmt: skip
         _limits(plot, x, one, numbers, values)
         if at_end:
-            _name_ends(axes, plot.drawn[0][0], drawn)
+            _name_ends(plot, drawn)
 
     curve = Curve(lambda _: drawn, words, look, most=_LEVELS, part=np.real)
     return Panel(
@@ -203,15 +203,16 @@ def _limits(plot: Plot, x: np.ndarray, one: Shown, numbers: np.ndarray, values: 
         axes.set_yscale("log")
 
 
-def _name_ends(axes: "Axes", x: np.ndarray, lines: Quantity) -> None:
+def _name_ends(plot: Plot, lines: Quantity) -> None:
     """Names behind the last finite value of each line, shifted apart where these come close."""
+    axes, x = plot.axes, plot.drawn[0][0]
     found: list[tuple[float, float, str, str]] = []
-    for names, y, (i,) in rows_of(lines, _LEVELS, np.real):
+    for i, (names, y, _) in enumerate(rows_of(lines, _LEVELS, np.real)):
         words = ", ".join(name.split("=")[-1] for name in names)
         for end in np.flatnonzero(np.isfinite(y))[-1:]:
             pixel = axes.transData.transform((x[end], y[end]))
             height = float(axes.transAxes.inverted().transform(pixel)[1])
-            found.append((height, float(x[end]), words, palette(i)[0]))
+            found.append((height, float(x[end]), words, plot.looks[i][0]))
     found.sort()
     heights = keep_apart(np.array([height for height, *_ in found]), _APART)
     for height, (_, end, words, colour) in zip(heights, found, strict=True):

@@ -39,7 +39,7 @@ _SIDE_BY_SIDE = 45
 _LABEL = 44
 #: what is measured, by the unit in SI
 _MEASURES = {
-    "N": "force", "N*m": "torque", "J": "energy", "dB": "level", "m": "length", "Pa": "pressure",
+    "N": "force", "N*m": "torque", "J": "energy", "dB": "level", "Pa": "pressure",
     "W": "power", "rad": "angle", "s": "time", "kg": "mass", "m/s^2": "acceleration",
 }  # fmt: skip
 
