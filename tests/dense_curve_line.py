@@ -73,7 +73,7 @@ def text(asked: str, scales: dict[str, float] | None = None) -> str:
         'gas_pressure = { crank_angle = ["-360 deg", "-180 deg", "-40 deg", "10 deg", "60 deg", '
         '"130 deg", "360 deg"], pressure = ["0 bar", "0 bar", "12 bar", "80 bar", "15 bar", '
         '"3 bar", "0 bar"] }',
-        '[machine.shaft_line]\nload = "propeller"\nstations = [', *stations, "]\nshafts = [",
+        '[machine.shaft_line]\nbalanced_by = "propeller"\nstations = [', *stations, "]\nshafts = [",
         *shafts, "]\ngears = [", '  { between = ["pinion", "wheel"], teeth = [20, 53] },',
         f'  {{ name = "teeth", between = ["{first}", "{second}"], ratio = {radius / other}, '
         f"mesh_stiffness = {stiffness}, pitch_radius = {radius} }},",

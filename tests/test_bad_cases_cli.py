@@ -80,10 +80,10 @@ def test_rerun_can_be_pasted_into_a_shell() -> None:
     Path("my case.toml").write_text(SMALL, encoding="utf-8")
     done = command("run", "my case.toml", "-q", "--set", 'title="it\'s"')
     assert (done.code, done.out, done.err) == (0, "", "")
-    report = Path("outputs/my case.txt").read_text(encoding="utf-8")
-    (line,) = [line for line in report.splitlines() if line.startswith("  command ")]
+    report = command("report", "outputs/my case.h5", "--full").out
+    (line,) = [line for line in report.splitlines() if line.startswith("  rerun ")]
     words = subprocess.run(
-        ["sh", "-c", f"printf '%s\\n' {line.split('command', 1)[1]}"],
+        ["sh", "-c", f"printf '%s\\n' {line.split('rerun', 1)[1]}"],
         capture_output=True,
         text=True,
         check=True,

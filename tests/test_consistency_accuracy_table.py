@@ -14,7 +14,15 @@ from vibecalc.core.study.execute import load_checked
 
 #: nothing of theirs is one of the kinds of problems
 WITHOUT = {
-    *("absorber motion", "balance", "body", "hardware", "measurement", "modal route as published"),
+    *(
+        "absorber motion",
+        "balance",
+        "body",
+        "friction damper",
+        "hardware",
+        "measurement",
+        "modal route as published",
+    ),
     # orders one by one, over speed and of several conditions: those at one speed are measured
     *("torsion curves", "torsion irregularity", "torsion conditions", "speeds"),
 }

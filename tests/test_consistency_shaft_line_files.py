@@ -362,11 +362,11 @@ def test_round_shafts_are_cut_into_pieces(tmp_path: Path) -> None:
 def test_what_is_not_carried_is_said(tmp_path: Path) -> None:
     case = load_case(CASES / "engine_geared.toml")
     _, left = export_shaft_line(case, tmp_path)
-    assert left == ["load", "loads"]
+    assert left == ["balanced_by", "absorbed_torques"]
     _, left = export_shaft_line(case, tmp_path / "a.json")
     assert left == [
         *("stations: cylinder", "shafts: diameter", "shafts: loss_factor"),
-        *("shafts: tensile_strength", "load", "loads"),
+        *("shafts: tensile_strength", "balanced_by", "absorbed_torques"),
     ]
     with pytest.raises(UsageError, match="exists already"):
         export_shaft_line(case, tmp_path / "a.json")

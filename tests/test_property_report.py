@@ -70,8 +70,8 @@ def test_unknown_results_show_up_without_changes() -> None:
     masses = Axis(name="station", values=np.array(["damper", "flywheel"], dtype=object))
     record.add(quantity("torsion/twist", [1e-3, 2e-3], "rad", masses))
     record.add(quantity("torsion/map", np.ones((2, 2)), "rad", masses, masses))
-    text = render_report(result_of(record, generator_case()))
-    assert re.search(r"largest stress, torsion +41\.25 +MPa", text)
+    text = render_report(result_of(record, generator_case()), full=True)
+    assert re.search(r"largest stress, torsion +41\.25 +N/mm\^2", text)
     assert re.search(r"flywheel +0\.1146", text)
     assert "in the result file only: torsion/map" in text
 

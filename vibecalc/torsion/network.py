@@ -188,7 +188,7 @@ def network_solution(
         # a torque of each size in the phase that turns this column on most
         summed /= np.where(moved > 0.0, moved, np.inf)
         rounded /= np.where(twisted > 0.0, twisted, np.inf)
-        turning: ComplexArray = summed * np.conj(answer)
+        turning = np.asarray(summed * np.conj(answer), dtype=complex)
         slope = corrected(spread(turning, np.asarray(-rounded * np.conj(twist), dtype=complex)))
         column = np.zeros_like(slope)
         np.put_along_axis(column, np.argmax(np.abs(slope), axis=0)[None], 1.0, axis=0)

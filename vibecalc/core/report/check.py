@@ -165,8 +165,8 @@ def render_plan(
     from vibecalc.core.run.machine_checks import machine_warnings
 
     warned = [*machine_warnings(case)]
-    counted = f", {many(len(warned), 'warning')}:" if warned else ""
-    lines = [f"{path}: {case.title}", f"valid{counted}"]
+    valid = f"valid, {many(len(warned), 'warning')}:" if warned else "valid"
+    lines = [f"{path}: {case.title}", valid]
     for words in warned:
         lines += paragraph(words, "warning:")
     for number, stage in enumerate(plan, start=1):
