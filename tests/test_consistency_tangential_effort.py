@@ -226,4 +226,4 @@ def test_half_orders_that_a_table_lacks_are_told() -> None:
     data = engine(**effort([row for row in ROWS if row[1] % 1.0 == 0.0], over_speed=OVER_SPEED))
     data["response"]["torsion"]["orders"] = {"step": 1, "count": 6}
     said = " ".join(ran(data).warnings)
-    assert "has no order 0.5, 1.5, 2.5, ...: what the gas does there is in no result" in said
+    assert "has no order 0.5, 1.5, 2.5, ...: this gas excitation is neglected" in said

@@ -42,14 +42,14 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     shaft, line = setup.shaft, setup.model.at(setup.speed)
     if natural.failure:
         scene.warn(
-            f"the modes of the damped line were not found: {natural.failure}. Natural frequencies, "
-            "critical speeds and margins are those of the undamped line, its rings free"
+            f"damped modes not found: {natural.failure}. Natural frequencies, critical speeds and "
+            "margins are those of the undamped line with free damper rings"
         )
     if np.any(natural.together):
         numbers = ", ".join(str(one + 1) for one in np.flatnonzero(natural.together))
         scene.warn(
-            f"modes {numbers} share their frequencies with each other, as those of equal branches "
-            "do: frequencies and damping ratios hold, each shape is one of many"
+            f"modes {numbers} have equal natural frequencies, as with identical branches: "
+            "frequencies and damping ratios are valid, mode shapes are not unique"
         )
     axes = {
         "mode": np.arange(1, len(natural.frequency) + 1),
