@@ -109,19 +109,19 @@ STEADY = under(
     entry("twist_half_range", "section", "rad", _HALF),
     entry("twist_peak", "section", "rad", "largest magnitude of all orders"),
     entry("torque_half_range", "section", "N*m", _HALF,
-          headline=Headline("vibratory torque at speed", "N*m")),
+          headline=Headline("vibratory torque, operating", "N*m")),
     entry("torque_peak", "section", "N*m", _WITH_MEAN),
     entry("torque_bound", "section", "N*m", "sum of the magnitudes of all orders"),
     entry("torque_mean", "section", "N*m", "steady torque that the section carries"),
     entry("stress_half_range", "section", "Pa", _HALF,
-          headline=Headline("vibratory stress at speed", "N/mm^2")),
+          headline=Headline("vibratory stress, operating", "N/mm^2")),
     entry("section_heat", "section", "W", "dashpots and loss factors, mean power"),
     entry("station_heat", "station", "W",
           "absolute damping, mean power; with a damping model also that of a ring it carries"),
     entry("modal_heat", "mode", "W",
           "mean power of damping ratios given by mode, at no place in the line"),
     entry("damper/heat", "damper", "W", "mean power",
-          headline=Headline("heat in a damper at speed, mean", "W")),
+          headline=Headline("mean damper heat, operating", "W")),
     entry("damper/travel", "damper", "rad",
           "of the ring against its station, largest magnitude of all orders"),
     entry("gear/mean_torque", "gear", "N*m", "on the first wheel"),
@@ -153,12 +153,12 @@ class PowerBalance:
     load_power: Any = named("station", "W", "mean power that a load takes")
     rest_torque: Any = q(
         "", "N*m", "mean torque that the load station takes on top to balance the line; below 0 it "
-        "gives", name="mean torque left for the load station",
+        "gives", name="balancing torque of the load station",
     )  # fmt: skip
-    rest_power: Any = q("", "W", "of that torque", name="mean power left for the load station")
-    total_load_power: Any = lead("", "W", "power, all loads")
+    rest_power: Any = q("", "W", "of that torque", name="balancing power of the load station")
+    total_load_power: Any = lead("", "W", "power absorbed by all loads")
     load_share: Any = lead(
-        "", "", "power of all loads over indicated",
+        "", "", "load power / indicated power",
         about="the mechanical efficiency if what is left is friction; infinite where the cylinders "
         "give nothing",
     )  # fmt: skip
@@ -181,7 +181,7 @@ _MAY_BE_BARRED = (
     "from lambda = 0.8 on"
 )
 _LEAST_OF_GEAR = "over the cycle, in the sense of its mean; below 0 the teeth leave each other"
-_HOT = "heat in a damper over the speeds, largest"
+_HOT = "largest damper heat, speed range"
 _FOLLOWED = (
     ("angle_half_range", "station", "rad", _HALF),
     ("twist_peak", "section", "rad", "largest magnitude"),
@@ -314,7 +314,7 @@ LIMITS = under(
     entry("section", "limit", "", "in this section, counted from 1; 0: in a gear"),
     entry("gear", "limit", "", "in this gear, counted from 1; 0: in a section"),
     entry("operating_use", "limit", "", "stress or torque over allowed at the operating speed",
-          headline=Headline("utilisation at operating speed", "%",
+          headline=Headline("utilisation, operating", "%",
                             words=f"{_REPORT}:most_used_at_speed")),
     entry("transient_use", "limit", "",
           "largest stress or torque over that for passing through; 0: the limit has none",
@@ -390,7 +390,7 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
     return under(
         f"{ROOT}/{place}/limit",
         entry("operating_use", axes, "", f"{use}, {_HERE}",
-              name="utilisation at speed, worst condition"),
+              name="utilisation, operating, worst condition"),
         entry("largest_use", axes, "", f"{use}, largest at any speed", headline=headline),
         entry("speed", axes, "rad/s", "where that is"),
         entry("unbarred_use", axes, "",
@@ -483,14 +483,14 @@ _WORST = "half range, in the condition where it is largest"
 
 IRREGULARITY_ENTRIES = under(
     IRREGULARITY,
-    entry("degree", "station", "", _DEGREE, headline=Headline("cyclic irregularity at speed")),
+    entry("degree", "station", "", _DEGREE, headline=Headline("cyclic irregularity, operating")),
     entry("electrical_angle", "station", "rad", _ELECTRICAL),
     entry("speeds/degree", "station speed", "", _DEGREE, curve="cyclic_irregularity",
           name="cyclic irregularity"),
     entry("speeds/electrical_angle", "station speed", "rad", _ELECTRICAL,
           curve="cyclic_irregularity"),
     entry("largest/degree", "station", "", _TOP,
-          headline=Headline("cyclic irregularity over the speeds",
+          headline=Headline("largest cyclic irregularity",
                             at=f"{IRREGULARITY}/largest/speed")),
     entry("largest/speed", "station", "rad/s", "where that is"),
 )  # fmt: skip
@@ -548,7 +548,7 @@ def _borne(place: str, axes: str, words: str) -> Iterator[Entry]:
 
 def _largest_use(axes: str, words: str, of: str = "", place: str = "") -> Iterator[Entry]:
     at = f"{place}/largest_use_speed"
-    headline = Headline(f"use of a coupling{of}", at=at) if of else None
+    headline = Headline(f"coupling utilisation{of}", "%", at=at) if of else None
     yield entry("largest_use", axes, "", words, headline=headline)
     yield entry("largest_use_speed", axes, "rad/s", "where that is", exempt=PLACE)
 
@@ -564,13 +564,13 @@ COUPLING_ENTRIES = (
         entry("mode_stiffness", "coupling mode", "N*m/rad",
               f"dynamic, at the undamped natural frequency of the mode, {_HERE}"),
         entry("use", _LIMITED, "", f"{_USE}, {_HERE}",
-              headline=Headline("use of a coupling at speed, largest")),
+              headline=Headline("coupling utilisation, operating", "%")),
         *_borne("speeds/", "coupling speed", "over the speeds"),
         *_borne("largest/", "coupling", "the largest at any speed"),
         *(entry(f"largest/{one}_speed", "coupling", "rad/s", "where that is", exempt=PLACE)
           for one in LARGEST),
         entry("speeds/use", f"{_LIMITED} speed", "", _USE),
-        *_largest_use(_LIMITED, f"{_USE}, the largest at any speed", " over the speeds, largest",
+        *_largest_use(_LIMITED, f"{_USE}, the largest at any speed", ", speed range",
                       COUPLING),
     ),
     *under(

@@ -124,7 +124,7 @@ TRANSIENTS = (
         _study("torque_low", _WINDOWS, "N*m", "lowest in a cycle about it, mean in it"),
         _study("torque_high", _WINDOWS, "N*m", "highest in a cycle about it, mean in it"),
         _study("peak", "section", "N*m", "largest magnitude on the way, mean in it",
-               headline=Headline("torque in the transient, peak", "N*m")),
+               headline=Headline("peak torque, transient", "N*m")),
         _study("peak_stress", "section", "Pa", "that over the section modulus, shear"),
         _study("peak_time", "section", "s", "when that is"),
         _study("peak_speed", "section", "rad/s", "crank speed then"),
@@ -146,9 +146,9 @@ TRANSIENTS = (
         _study("equivalent/damping", "section", "N*m*s/rad",
                "of that dashpot, stiffness times loss factor over the frequency"),
         _study("clutch/slip_time", "", "s", "of all slipping, from its engaging on",
-               headline=Headline("clutch slips for", "s")),
+               headline=Headline("clutch slip time", "s")),
         _study("clutch/heat", "", "J", "friction torque times slip, of all slipping",
-               headline=Headline("heat of the clutch", "kJ")),
+               headline=Headline("clutch heat", "kJ")),
         _study("clutch/held", "", "s", "time from engaging until it holds, first"),
         _study("clutch/common_speed", "", "rad/s",
                "mean speed of the crank then, by the momentum of both parts"),
@@ -183,8 +183,8 @@ DESIGN = "damper_design/"
 #: objective -> unit
 OBJECTIVES = {"torque": "N*m", "twist": "rad", "stress": "Pa"}
 _LEADING = {
-    "torque": Headline("largest torque with it, half range", "N*m"),
-    "stress": Headline("largest stress with it, half range", "N/mm^2"),
+    "torque": Headline("largest torque, optimum damper", "N*m"),
+    "stress": Headline("largest stress, optimum damper", "N/mm^2"),
 }
 
 
@@ -197,7 +197,7 @@ def _seen(stem: str, whose: str) -> tuple[Entry, ...]:
         entry(f"{stem}worst_section", "", "", "where that is, counted from 1"),
         _study(f"{stem}worst_speed", "", "rad/s", "where that is"),
         entry(f"{stem}heat", "", "W", f"mean power at its own worst speed, {whose}",
-              name="" if stem else "heat in the optimal damper, largest"),
+              name="" if stem else "largest heat, optimum damper"),
         _study(f"{stem}heat_speed", "", "rad/s", "where that is"),
         entry(f"{stem}travel", "", "rad",
               f"of the ring against its station, at its own worst speed, {whose}"),
@@ -208,11 +208,11 @@ def _seen(stem: str, whose: str) -> tuple[Entry, ...]:
 _MAP = "chart_stiffness chart_damping"
 DAMPER_DESIGN = under(
     "damper_design",
-    entry("inertia", "", "kg*m^2", "of the ring", name="inertia of the ring"),
+    entry("inertia", "", "kg*m^2", "of the ring", name="ring inertia"),
     _study("stiffness", "", "N*m/rad", "of its springs; 0: none",
-           headline=Headline("stiffness of the optimal damper", "kN*m/rad")),
+           headline=Headline("stiffness, optimum damper", "kN*m/rad")),
     _study("damping", "", "N*m*s/rad", "viscous",
-           headline=Headline("damping of the optimal damper", "N*m*s/rad")),
+           headline=Headline("damping, optimum damper", "N*m*s/rad")),
     _study("natural_frequency", "", "rad/s", "of the ring on its springs, station held"),
     _study("damping_ratio", "", "", "damping over twice the root of stiffness times inertia"),
     *_seen("", "with the damper found"),
