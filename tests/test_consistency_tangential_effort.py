@@ -193,7 +193,7 @@ def test_orders_left_out_are_told_as_far_as_the_table_has_them() -> None:
     assert "the orders above 4, up to 8 (of the gas up to 6, where its table ends), are" in (
         warned(4, ROWS)
     )
-    assert "the orders above 3, up to 6, are left out" in warned(3, ROWS)
+    assert "the orders above 3, up to 6, are neglected" in warned(3, ROWS)
     assert "has no order" not in warned(3, ROWS)
     # without gas at them, nothing but the small orders of the masses is left out
     assert "orders above 6" not in warned(6, ROWS)
