@@ -221,8 +221,8 @@ def run_damper_design(scene: Scene) -> None:
     emit_rings(scene, options, task, best)
     emit_curves(scene, setup, options, task, best)
     scene.cite(
-        "minimax over spring and dashpot by peaks of all sections and speeds, Newton's method "
-        "on the conditions that hold the tuning",
+        "minimax over spring and dashpot of the peaks of all sections and speeds, Newton's method "
+        "on the optimality conditions",
         "damper design",
         "Madsen (1975), Journal of the Institute of Mathematics and its Applications 16; "
         "docs/theory_torsion_studies.md",
