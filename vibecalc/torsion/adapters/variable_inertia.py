@@ -75,7 +75,7 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
     if setup.torsion.speeds is not None:
         emit_speeds(scene, setup, highest)
     scene.cite(
-        "harmonic balance of the whole Lagrangian system with rotating inertias; "
+        "harmonic balance of the whole Lagrangian system with angle-dependent inertias; "
         "multipliers over the cycle",
         "variable inertia",
         "Pasricha and Carnegie (1976), Journal of Sound and Vibration 46; "
