@@ -177,7 +177,7 @@ def test_nothing_is_concluded_without_limits() -> None:
     }
     bare = replace(with_quantities(result, kept), case=case)
     assert verdicts_of(bare) == ()
-    assert in_one_sentence(bare) == "The case sets no limit, so none is judged."
+    assert in_one_sentence(bare) == "The case sets no limits."
 
 
 # ----------------------------------------------------------------------------

@@ -193,7 +193,7 @@ def test_orders_left_out_are_told_as_far_as_the_table_has_them() -> None:
     assert "the orders above 4, up to 8 (of the gas up to 6, where its table ends), are" in (
         warned(4, ROWS)
     )
-    assert "the orders above 3, up to 6, are left out" in warned(3, ROWS)
+    assert "the orders above 3, up to 6, are neglected" in warned(3, ROWS)
     assert "has no order" not in warned(3, ROWS)
     # without gas at them, nothing but the small orders of the masses is left out
     assert "orders above 6" not in warned(6, ROWS)
@@ -226,4 +226,4 @@ def test_half_orders_that_a_table_lacks_are_told() -> None:
     data = engine(**effort([row for row in ROWS if row[1] % 1.0 == 0.0], over_speed=OVER_SPEED))
     data["response"]["torsion"]["orders"] = {"step": 1, "count": 6}
     said = " ".join(ran(data).warnings)
-    assert "has no order 0.5, 1.5, 2.5, ...: what the gas does there is in no result" in said
+    assert "has no order 0.5, 1.5, 2.5, ...: this gas excitation is neglected" in said

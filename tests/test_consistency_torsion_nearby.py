@@ -108,7 +108,7 @@ def test_what_a_rule_is_not_for_is_said(tmp_path: Path) -> None:
     )
     said = warnings(thick + 'limits = [{ rule = "iacs_m68" }]')
     for words in (
-        "'a - b' (of the crankshaft)",
+        "'a - b' (crankshaft)",
         "'b - pinion' (before a gear)",
         "'take-off - generator' (not between the engine and 'propeller')",
     ):

@@ -136,5 +136,5 @@ def test_the_rule_for_crankshafts_on_another_shaft_is_cautioned(tmp_path: Path) 
     text = f"{GEARED}limits = [{{ {rule}, {bending}, {CRANK}, {shafts} }}]\n"
     said = [one for one in ran(text, tmp_path).record.warnings if "UR M53" in one]
     (words,) = said
-    assert "for crankshafts; it is held against what does not look like one" in words
+    assert "for crankshafts, but is applied to other shafts" in words
     assert words.endswith("'wheel - propeller' (no cylinder at its ends)")

@@ -50,8 +50,8 @@ _BANKS = (
 )
 _KINDS = ("force", "couple m")
 _WORDS_OF_BANKS = (
-    "force: 1 is that of one cylinder at the order, 0-pk; couple: the same times z; rotating with "
-    "the crank, counter-rotating against it, both the order times as fast: the largest is their sum"
+    "force: 1 is the amplitude of one cylinder at the order (0-to-peak); couple: times z; rotating "
+    "and counter-rotating at order x crank speed: the maximum is their sum"
 )
 
 
@@ -64,8 +64,7 @@ def balance(result: Result) -> tuple[list[str], set[str]]:
     lines, shown = _table(result.record, _PREFIX, f"Balance table of equal cylinders ({notes})")
     if lines and _masses_differ(result.record):
         lines += paragraph(
-            "the masses of these cylinders differ: what is left of each order is under forces and "
-            "couples by order"
+            "the cylinder masses differ: for the resultants see forces and couples by order"
         )
     before, begun = _table(result.record, AT_START + _PREFIX, "Balance table at the start")
     return stacked(lines, before), shown | begun
@@ -234,11 +233,11 @@ def _inertia(record: Record) -> tuple[list[str], set[str]]:
     if not lines:
         return [], set()
     words = (
-        "the case does not give the rod's moment of inertia; a rod whose material lies between "
-        "its bearings cannot add more than the bound to the couple about the crankshaft"
+        "moment of inertia of the rod not given; a rod with all its material between its bearings "
+        "adds at most the bound to the couple about the crankshaft"
     )
     if scalar_of(record, _STEM + "couple_peak") is not None:
-        words = "couple: of one rod about the crankshaft, beyond that of its two point masses"
+        words = "couple: of one rod about the crankshaft, in addition to its two point masses"
     return lines + paragraph(words), shown
 
 
@@ -269,9 +268,8 @@ def motor(result: Result) -> Section | None:
     single, shown = scalars(result.record, _SCALARS, _FOLDER)
     if single:
         single += paragraph(
-            "The sum of amplitudes is a bound: no turn reaches it unless all orders peak at once. "
-            "Where rotor and stator sit on one body the force loads the bearing and does not shake "
-            "the body."
+            "The sum of amplitudes is an upper bound, reached if all orders peak at once. If rotor "
+            "and stator sit on one body the force loads the bearing and does not shake the body."
         )
     title = "Motor: axial force of skewed conductors"
     details = {"axial force of the motor by order": rows_of(result.record, _OF_MOTOR)}
@@ -289,9 +287,9 @@ _PUMP_SCALARS = tuple(
                  "flow", "work", "power", "mean_torque")
 )  # fmt: skip
 _WORDS = (
-    "The suction valve opens so long after top dead centre, the discharge valve after bottom dead "
-    "centre; both close at the dead centres. Work is of one cylinder in a turn, flow and power are "
-    "of all; the torque of the liquid brakes the crankshaft."
+    "Opening angles: suction valve after top, discharge valve after bottom dead centre; both close "
+    "at the dead centres. Work: per cylinder and revolution; flow and power: all cylinders. The "
+    "torque of the liquid brakes the crankshaft."
 )
 
 _TORQUE = Cells("torque", "torque N*m", ""), Cells("torque", "phase deg", show_phase)

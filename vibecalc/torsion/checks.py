@@ -328,9 +328,7 @@ def torsion_cautions(case: Case) -> list[str]:
         return texts
     cylinders = case.machine.crank_train.cylinders if has_crank_train(case.machine) else ()
     if cylinders and len(torsion.misfire) == len(cylinders):
-        texts.append(
-            "no cylinder fires: all of them are in misfire, and the engine is turned from outside"
-        )
+        texts.append("no cylinder fires: all are in misfire, and the engine is motored")
     if torsion.limits:
         from vibecalc.torsion.question_checks import limit_cautions
 

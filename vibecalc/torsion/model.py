@@ -520,10 +520,10 @@ def throw_cautions(case: Case) -> list[str]:
         found = stiffness_by_formula(shaft.throw, case.machine.crank_train.crank_radius).values()
         low, high = min(found), max(found)
         words = (
-            f"the formulas for the stiffness of a throw give {low:.3g} to {high:.3g} N*m/rad, "
-            f"{100.0 * (high - low) / (high + low):.0f} % to either side of their middle, and "
-            f"'{shaft.throw.formula}' is one of them: natural frequencies in which the throws "
-            "twist are unsure by up to that share"
+            f"throw stiffness by the formulas {low:.3g} to {high:.3g} N*m/rad, +-"
+            f"{100.0 * (high - low) / (high + low):.0f} % about the middle (used: "
+            f"'{shaft.throw.formula}'): natural frequencies of modes that twist the throws are "
+            "uncertain by up to that share"
         )
         named.setdefault(words, []).append(name)
     return [f"{', '.join(names)}: {words}" for words, names in named.items()]

@@ -331,8 +331,8 @@ def limit_cautions(line: ShaftLine, layout: Layout, limits: Sequence[TorsionLimi
         if limit.rule is not None and beyond:
             more = f" and {len(beyond) - MOST} more" if len(beyond) > MOST else ""
             texts.append(
-                f"limit {number} of the stress is IACS {words}shafts; it is held against what does "
-                "not look like one: " + "; ".join(beyond[:MOST]) + more
+                f"stress limit {number} is IACS {words}shafts, but is applied to other "
+                "shafts: " + "; ".join(beyond[:MOST]) + more
             )
     return texts
 
@@ -358,7 +358,7 @@ def _beyond(line: ShaftLine, layout: Layout, names: Sequence[str]) -> Iterator[s
         part = layout.parts_without(place)
         reached = {number for number, fires in zip(part, layout.fires, strict=True) if fires}
         if line.shafts[place].throw is not None or (layout.fires[first] and layout.fires[second]):
-            yield f"'{name}' (of the crankshaft)"
+            yield f"'{name}' (crankshaft)"
         elif part[load] in reached:
             yield f"'{name}' (not between the engine and '{layout.names[load]}')"
         elif abs(abs(speed[first] / speed[load]) - 1.0) > 1e-6:

@@ -27,9 +27,9 @@ from vibecalc.torsion import study_results
 
 ROOT = "response/torsion"
 _REPORT = "vibecalc.torsion.report.limits"
-_LASTS, _PASSES = "infinite where the limit says nothing", "infinite where the limit has none"
+_LASTS, _PASSES = "infinite outside the limit", "infinite where the limit has none"
 _HERE, _TOP = "at the operating speed", "at any speed of the range"
-_HALF, _WITH_MEAN = "half range of all orders", "largest magnitude, mean torque in it"
+_HALF, _WITH_MEAN = "half range of all orders", "largest magnitude, mean torque included"
 
 # ----------------------------------------------------------------------------
 # Modes, what the cylinders do to the line, and its vibration at one speed.
@@ -38,18 +38,18 @@ _HALF, _WITH_MEAN = "half range of all orders", "largest magnitude, mean torque 
 MODES = under(
     f"{ROOT}/modes",
     entry("natural_frequency", "mode", "rad/s",
-          "with a damper the magnitude of the pole, else undamped; 0: it does not vibrate",
+          "with a damper the magnitude of the pole, else undamped; 0: rigid or overdamped",
           headline=Headline("natural frequency, elastic mode", "Hz", pick="elastic")),
     entry("frequency_error", "mode", "rad/s", "error estimate of each natural frequency",
           diagnostic=True),
     entry("damping_ratio", "mode", "", "of the damped pole, or as given by mode; 1: overdamped"),
     entry("undamped_frequency", "mode", "rad/s",
-          "of the line without any damping, the rings of its dampers free, by their own numbers"),
+          "of the line without any damping, damper rings free, with numbers of their own"),
     entry("transfer_matrix_frequency", "mode", "rad/s",
-          "undamped, by transfer matrix and mode count, in branched lines no second way; without "
-          "closed loops of shafts only"),
+          "undamped, by transfer matrix and mode count (no independent check in branched lines); "
+          "only without closed loops of shafts"),
     entry("shape", "mode station", "",
-          "own angle; the largest freedom is 1, with a damper the largest that is no ring"),
+          "actual angle; largest degree of freedom 1, damper rings excepted"),
     entry("ring_shape", "mode damper", "", "the same, of the rings of dampers"),
     entry("modal_inertia", "mode", "kg*m^2",
           "sum of inertia times squared magnitude of that shape, referred to the crankshaft"),
@@ -66,7 +66,7 @@ _BY_MODE = "mode order"
 EXCITATION = under(
     f"{ROOT}/excitation",
     entry("pressure", "crank_angle", "Pa",
-          "gauge pressure in a healthy cylinder from its firing position on"),
+          "gauge pressure in a firing cylinder from its firing position on"),
     entry("gas_torque", "crank_angle", "N*m", "of that cylinder's gas"),
     entry("inertia_torque", "crank_angle", "N*m", "of its moving masses"),
     entry("total_torque", "crank_angle", "N*m", "of both"),
@@ -81,23 +81,23 @@ EXCITATION = under(
           headline=Headline("indicated power", "kW")),
     entry("mean_torque", "", "N*m", "of all cylinders",
           headline=Headline("mean indicated torque", "N*m")),
-    entry("mean_indicated_pressure", "", "Pa", "of a healthy cylinder"),
+    entry("mean_indicated_pressure", "", "Pa", "of a firing cylinder"),
     entry("firing_angle", "cylinder", "rad", "crank angle at which it fires", circle=CYCLE),
     entry("station_torque", "station order", "N*m",
-          "of all cylinders of a station, phases in it", PEAK),
+          "of all cylinders of a station, with their phases", PEAK),
     entry("vector_sum", _BY_MODE, "",
-          "sum of phase vectors of a mode over that of all in line; 0: no cylinder moves"),
+          "vector sum of a mode / sum of all in phase; 0: no cylinder moves"),
     entry("intensity", _BY_MODE, "N*m",
-          "torque on the mode, sum of shape times torque; the shape as under modes", PEAK),
+          "modal torque: sum of shape times torque, shape as under modes", PEAK),
     entry("rank", _BY_MODE, "",
           "place of the order in the mode by its vector sum, 1 for the largest; 0: they cancel"),
     entry("major", "order", "",
           "1: the cylinders of each bank in phase, and the banks do not cancel; 0: not"),
     entry("bank_factor", "order", "",
-          "what the angle between the banks leaves of their sums; 1: all of it"),
+          "factor on the sums due to the bank angle; 1: no reduction"),
 )  # fmt: skip
 
-_SUFFICIENT = "1: as far from every order as the rule of the case asks; 0: not"
+_SUFFICIENT = "1: margin to every order as the rule requires; 0: not"
 STEADY = under(
     ROOT,
     entry("angle", "station order", "rad", "vibration of the station", PEAK),
@@ -109,31 +109,31 @@ STEADY = under(
     entry("twist_half_range", "section", "rad", _HALF),
     entry("twist_peak", "section", "rad", "largest magnitude of all orders"),
     entry("torque_half_range", "section", "N*m", _HALF,
-          headline=Headline("vibratory torque at speed", "N*m")),
+          headline=Headline("vibratory torque, operating", "N*m")),
     entry("torque_peak", "section", "N*m", _WITH_MEAN),
     entry("torque_bound", "section", "N*m", "sum of the magnitudes of all orders"),
     entry("torque_mean", "section", "N*m", "steady torque that the section carries"),
     entry("stress_half_range", "section", "Pa", _HALF,
-          headline=Headline("vibratory stress at speed", "N/mm^2")),
+          headline=Headline("vibratory stress, operating", "N/mm^2")),
     entry("section_heat", "section", "W", "dashpots and loss factors, mean power"),
     entry("station_heat", "station", "W",
           "absolute damping, mean power; with a damping model also that of a ring it carries"),
     entry("modal_heat", "mode", "W",
-          "mean power of damping ratios given by mode, at no place in the line"),
+          "mean power of modal damping ratios, not assigned to a place"),
     entry("damper/heat", "damper", "W", "mean power",
-          headline=Headline("heat in a damper at speed, mean", "W")),
+          headline=Headline("mean damper heat, operating", "W")),
     entry("damper/travel", "damper", "rad",
-          "of the ring against its station, largest magnitude of all orders"),
+          "of the ring relative to its station, largest magnitude of all orders"),
     entry("gear/mean_torque", "gear", "N*m", "on the first wheel"),
     entry("gear/alternating_torque", "gear", "N*m", "on the first wheel, half range"),
-    entry("gear/minimum_torque", "gear", "N*m", "over the cycle, mean in it",
+    entry("gear/minimum_torque", "gear", "N*m", "over the cycle, mean included",
           headline=Headline("minimum gear torque (negative: gear hammer)", "N*m", pick="least")),
     entry("gear/hammers", "gear", "", "1: its torque changes sign; 0: it does not",
           name="gear hammer at operating speed"),
     entry("margin/nearest_order", "mode", "",
           "excited order nearest to the mode at the operating speed; 0: none is near"),
     entry("margin/distance", "mode", "",
-          "of the natural frequency from that order's, over the latter; infinite without one"),
+          "|natural frequency / frequency of that order - 1|; infinite without one"),
     entry("separation/operating/margin", "mode order_class", "",
           "the same to the nearest major and the nearest other order"),
     entry("separation/operating/order", "mode order_class", "",
@@ -152,23 +152,23 @@ class PowerBalance:
     load_torque: Any = named("station", "N*m", "mean torque that a load takes")
     load_power: Any = named("station", "W", "mean power that a load takes")
     rest_torque: Any = q(
-        "", "N*m", "mean torque that the load station takes on top to balance the line; below 0 it "
-        "gives", name="mean torque left for the load station",
+        "", "N*m", "mean torque that the load station absorbs to balance the line; negative: it "
+        "supplies", name="balancing torque of the load station",
     )  # fmt: skip
-    rest_power: Any = q("", "W", "of that torque", name="mean power left for the load station")
-    total_load_power: Any = lead("", "W", "power, all loads")
+    rest_power: Any = q("", "W", "of that torque", name="balancing power of the load station")
+    total_load_power: Any = lead("", "W", "power absorbed by all loads")
     load_share: Any = lead(
-        "", "", "power of all loads over indicated",
-        about="the mechanical efficiency if what is left is friction; infinite where the cylinders "
-        "give nothing",
+        "", "", "load power / indicated power",
+        about="mechanical efficiency if the rest is friction; infinite if the cylinders deliver "
+        "nothing",
     )  # fmt: skip
 
 
 #: where dampings follow the speed, a load or a mode
 DAMPING = under(
     f"{ROOT}/damping",
-    entry("station", "station", "N*m*s/rad", f"absolute, {_HERE}, on its own shaft"),
-    entry("section", "section", "N*m*s/rad", f"viscous, of the twist, {_HERE}, on its own shaft"),
+    entry("station", "station", "N*m*s/rad", f"absolute, {_HERE}, not referred"),
+    entry("section", "section", "N*m*s/rad", f"viscous, of the twist, {_HERE}, not referred"),
     entry("loss_factor", "section", "", f"of its stiffness, {_HERE}"),
 )
 
@@ -177,17 +177,17 @@ DAMPING = under(
 # ----------------------------------------------------------------------------
 
 _MAY_BE_BARRED = (
-    "1: it may be barred; 0: it holds the operating speed, or the rule lets none be barred there, "
-    "from lambda = 0.8 on"
+    "1: may be barred; 0: it includes the operating speed, or the rule permits no barred range "
+    "there (from lambda = 0.8)"
 )
-_LEAST_OF_GEAR = "over the cycle, in the sense of its mean; below 0 the teeth leave each other"
-_HOT = "heat in a damper over the speeds, largest"
+_LEAST_OF_GEAR = "minimum over the cycle, in the direction of the mean; negative: gear hammer"
+_HOT = "largest damper heat, speed range"
 _FOLLOWED = (
     ("angle_half_range", "station", "rad", _HALF),
     ("twist_peak", "section", "rad", "largest magnitude"),
     ("torque_peak", "section", "N*m", _WITH_MEAN),
     ("heat", "damper", "W", "mean power"),
-    ("travel", "damper", "rad", "ring on station, largest magnitude"),
+    ("travel", "damper", "rad", "ring relative to station, largest magnitude"),
     ("gear_torque", "gear", "N*m", "on the first wheel, half range"),
     ("gear_minimum_torque", "gear", "N*m", _LEAST_OF_GEAR),
 )
@@ -220,10 +220,10 @@ SPEEDS = under(
     entry("speeds/torque_peak", "section speed", "N*m", _WITH_MEAN),
     entry("speeds/stress_half_range", "section speed", "Pa", _HALF, curve="section_stress"),
     entry("speeds/station_damping", "station speed", "N*m*s/rad",
-          "absolute, on its own shaft, where it follows the speed", curve=_DAMPS),
+          "absolute, not referred, where it depends on speed", curve=_DAMPS),
     entry("speeds/section_damping", "section speed", "N*m*s/rad",
-          "viscous, of the twist, where it follows the speed", curve=_DAMPS),
-    entry("speeds/section_loss_factor", "section speed", "", "where it follows the speed",
+          "viscous, of the twist, where it depends on speed", curve=_DAMPS),
+    entry("speeds/section_loss_factor", "section speed", "", "where it depends on speed",
           curve=_DAMPS),
     entry("speeds/mean_torque", "speed", "N*m", "of all cylinders"),
     entry("speeds/gear_mean_torque", "gear speed", "N*m", "on the first wheel", curve=_GEAR),
@@ -235,12 +235,12 @@ SPEEDS = under(
     entry("hammering/to", "hammering", "rad/s", "to here"),
     entry("hammering/gear", "hammering", "", "this gear, counted from 1"),
     entry("campbell/natural_frequency", "mode speed", "rad/s",
-          "as under modes, where pendulums let it follow the speed"),
+          "as under modes, where pendulums make it depend on speed"),
     entry("separation/range/margin", "mode order_class", "",
-          "least distance to an order within the speeds, over its nearer end; below 0: it is met"),
+          "least margin to an order over the speed range; negative: critical within it"),
     entry("separation/range/order", "mode order_class", "", "that order; 0: none"),
     entry("separation/range/sufficient", "mode order_class", "", _SUFFICIENT),
-    entry("masked/from", "masked", "rad/s", "nothing damps a mode from here"),
+    entry("masked/from", "masked", "rad/s", "a mode is undamped from here"),
     entry("masked/to", "masked", "rad/s", "to here"),
     entry("masked/mode", "masked", "", "the mode"),
     entry("masked/order", "masked", "", "and the order that meets it"),
@@ -252,7 +252,7 @@ SPEEDS = under(
     entry("largest/order", "section", "", "and order; 0: none"),
     entry("speeds/heat", "damper speed", "W", "mean power",
           headline=Headline(_HOT, "W", unless=f"{ROOT}/largest/heat")),
-    entry("speeds/travel", "damper speed", "rad", "ring on station, largest magnitude"),
+    entry("speeds/travel", "damper speed", "rad", "ring relative to station, largest magnitude"),
     *(one for row in _FOLLOWED for one in _extremes(*row)),
     entry("peak/speed", "peak", "rad/s", "maximum of a section's curve"),
     entry("peak/torque_half_range", "peak", "N*m", "there, in that section"),
@@ -265,7 +265,7 @@ BARRED = under(
     ROOT,
     entry("barred/from", "barred", "rad/s",
           "barred for continuous operation from here: by the formula of a rule where that is wider "
-          "than the range above the limit; ranges that overlap are one",
+          "than the range above the limit; overlapping ranges are merged",
           headline=Headline("barred range from", "rpm", pick="each")),
     entry("barred/to", "barred", "rad/s", "to here",
           headline=Headline("barred range to", "rpm", pick="each",
@@ -301,11 +301,11 @@ def _held(place: str, here: str, stress: str) -> Iterator[Entry]:
 LIMITS = under(
     f"{ROOT}/limit",
     entry("allowed", "limit speed", "Pa",
-          f"for continuous operation, in the section of largest use; {_LASTS}"),
+          f"for continuous operation, in the section of highest utilisation; {_LASTS}"),
     entry("transient", "limit speed", "Pa", f"for passing through, there; {_PASSES}"),
     entry("torque_allowed", "limit speed", "N*m",
-          "for continuous operation, of limits of the torque, in the section or gear of largest "
-          "use"),
+          "for continuous operation, of limits of the torque, in the section or gear of highest "
+          "utilisation"),
     entry("torque_transient", "limit speed", "N*m", f"for passing through, there; {_PASSES}"),
     entry("largest_use", "limit", "", "largest stress or torque over allowed, at any speed",
           headline=Headline("highest utilisation", "%", at=f"{ROOT}/limit/speed",
@@ -314,7 +314,7 @@ LIMITS = under(
     entry("section", "limit", "", "in this section, counted from 1; 0: in a gear"),
     entry("gear", "limit", "", "in this gear, counted from 1; 0: in a section"),
     entry("operating_use", "limit", "", "stress or torque over allowed at the operating speed",
-          headline=Headline("utilisation at operating speed", "%",
+          headline=Headline("utilisation, operating", "%",
                             words=f"{_REPORT}:most_used_at_speed")),
     entry("transient_use", "limit", "",
           "largest stress or torque over that for passing through; 0: the limit has none",
@@ -322,10 +322,10 @@ LIMITS = under(
 )  # fmt: skip
 BY_SECTION = under(
     f"{ROOT}/limit",
-    entry("basis/rated_speed", "limit", "rad/s", "that a rule counts from"),
+    entry("basis/rated_speed", "limit", "rad/s", "to which a rule refers"),
     entry("basis/diameter", _EACH, "m", "outer, of the stressed section"),
     entry("basis/tensile_strength", _EACH, "Pa", "of the material, as given"),
-    entry("basis/counted_strength", _EACH, "Pa", "as a rule counts it"),
+    entry("basis/counted_strength", _EACH, "Pa", "as used by a rule"),
     entry("basis/size_factor", _EACH, "", "c_D of a rule"),
     entry("basis/design_factor", _EACH, "", "c_K of a rule"),
     *_held("operating", _HERE, f"{_HALF}, {_HERE}"),
@@ -345,13 +345,13 @@ BY_SECTION = under(
           "alternating, concentrated, the additional one in fillets; 0 without a bore"),
     entry("crank/fatigue_strength", _CRANK, "Pa", "sigma_DW; 0 without a bore"),
     entry("crank/operating_acceptability", _CRANK, "",
-          f"Q, fatigue strength over equivalent stress, {_HERE}; 0: no bore, or no end of stress"),
+          f"Q, fatigue strength / equivalent stress, {_HERE}; 0: no bore or unbounded stress"),
     entry("crank/acceptability", _CRANK, "",
-          "the same at the speed of largest use; 1.15 at least is asked for"),
+          "the same at the speed of highest utilisation; required: 1.15"),
 )  # fmt: skip
 EXCEEDED = under(
     ROOT,
-    entry("exceeded/peak_speed", "exceeded", "rad/s", "of the largest use inside the range",
+    entry("exceeded/peak_speed", "exceeded", "rad/s", "of the highest utilisation inside the range",
           exempt=PLACE),
     entry("exceeded/formula_from", "exceeded", "rad/s",
           "16 n_c / (18 - lambda) of the rule, n_c the peak; 0: a limit without such a formula"),
@@ -386,16 +386,16 @@ def _half_ranges(place: str, words: str) -> tuple[Entry, ...]:
 def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = None) -> Any:
     """Uses of limits in a condition, with the load that has the largest one."""
     use = f"stress or torque over allowed{words}"
-    load = "section, counted from 1, gears behind them; 0: the limit says nothing"
+    load = "section, counted from 1, then gears; 0: outside the limit"
     return under(
         f"{ROOT}/{place}/limit",
         entry("operating_use", axes, "", f"{use}, {_HERE}",
-              name="utilisation at speed, worst condition"),
+              name="utilisation, operating, worst condition"),
         entry("largest_use", axes, "", f"{use}, largest at any speed", headline=headline),
         entry("speed", axes, "rad/s", "where that is"),
         entry("unbarred_use", axes, "",
-              "largest at speeds that no barred range may hold: the operating one, and for a rule "
-              "those from lambda = 0.8 on"),
+              "largest at speeds that may not be barred: the operating speed, and for a rule those "
+              "from lambda = 0.8"),
         *(one for start, at in (("", "at the largest use"), ("operating_", _HERE)) for one in (
             entry(f"{start}element", axes, "", f"{load}, {at}"),
             entry(f"{start}allowed", axes, "Pa",
@@ -439,7 +439,7 @@ QUANTITIES = {
     "torque": ("section", "N*m", "torque, stiffness and damping part"),
     "stress": ("section", "Pa", "shear stress, torque over section modulus"),
     "twist": ("section", "rad", "twist, first end less second"),
-    "angle": ("station", "rad", "vibration against steady turning"),
+    "angle": ("station", "rad", "vibration relative to uniform rotation"),
     "angular_speed": ("station", "rad/s", "speed of that vibration"),
     "angular_acceleration": ("station", "rad/s^2", "acceleration of that vibration"),
 }
@@ -478,19 +478,19 @@ CURVE_ENTRIES = (
 
 IRREGULARITY, CONDITIONS = f"{ROOT}/irregularity", f"{ROOT}/conditions"
 _DEGREE = "(highest - lowest) / mean of the angular speed over the cycle"
-_ELECTRICAL = "vibration times pole pairs of the generator there, half range"
+_ELECTRICAL = "vibration times pole pairs of the generator, half range"
 _WORST = "half range, in the condition where it is largest"
 
 IRREGULARITY_ENTRIES = under(
     IRREGULARITY,
-    entry("degree", "station", "", _DEGREE, headline=Headline("cyclic irregularity at speed")),
+    entry("degree", "station", "", _DEGREE, headline=Headline("cyclic irregularity, operating")),
     entry("electrical_angle", "station", "rad", _ELECTRICAL),
     entry("speeds/degree", "station speed", "", _DEGREE, curve="cyclic_irregularity",
           name="cyclic irregularity"),
     entry("speeds/electrical_angle", "station speed", "rad", _ELECTRICAL,
           curve="cyclic_irregularity"),
     entry("largest/degree", "station", "", _TOP,
-          headline=Headline("cyclic irregularity over the speeds",
+          headline=Headline("largest cyclic irregularity",
                             at=f"{IRREGULARITY}/largest/speed")),
     entry("largest/speed", "station", "rad/s", "where that is"),
 )  # fmt: skip
@@ -524,10 +524,10 @@ CONDITION_ENTRIES = under(
 
 COUPLING, HEALTHY = f"{ROOT}/coupling", f"{ROOT}/healthy/coupling"
 _LIMITED = "coupling coupling_limit"
-_USE = "share of what the maker permits; 0: the coupling has no such limit"
+_USE = "load / permitted by the manufacturer; 0: no such limit"
 _BORNE = (
     ("mean_torque", "N*m", "steady torque"),
-    ("peak_torque", "N*m", "largest magnitude over the cycle, mean torque in it"),
+    ("peak_torque", "N*m", "largest magnitude over the cycle, mean torque included"),
     ("vibratory_torque", "N*m", _HALF),
     ("torque_by_orders", "N*m",
      "root of the sum of squares of the orders, each times its frequency factor"),
@@ -548,7 +548,7 @@ def _borne(place: str, axes: str, words: str) -> Iterator[Entry]:
 
 def _largest_use(axes: str, words: str, of: str = "", place: str = "") -> Iterator[Entry]:
     at = f"{place}/largest_use_speed"
-    headline = Headline(f"use of a coupling{of}", at=at) if of else None
+    headline = Headline(f"coupling utilisation{of}", "%", at=at) if of else None
     yield entry("largest_use", axes, "", words, headline=headline)
     yield entry("largest_use_speed", axes, "rad/s", "where that is", exempt=PLACE)
 
@@ -564,13 +564,13 @@ COUPLING_ENTRIES = (
         entry("mode_stiffness", "coupling mode", "N*m/rad",
               f"dynamic, at the undamped natural frequency of the mode, {_HERE}"),
         entry("use", _LIMITED, "", f"{_USE}, {_HERE}",
-              headline=Headline("use of a coupling at speed, largest")),
+              headline=Headline("coupling utilisation, operating", "%")),
         *_borne("speeds/", "coupling speed", "over the speeds"),
         *_borne("largest/", "coupling", "the largest at any speed"),
         *(entry(f"largest/{one}_speed", "coupling", "rad/s", "where that is", exempt=PLACE)
           for one in LARGEST),
         entry("speeds/use", f"{_LIMITED} speed", "", _USE),
-        *_largest_use(_LIMITED, f"{_USE}, the largest at any speed", " over the speeds, largest",
+        *_largest_use(_LIMITED, f"{_USE}, the largest at any speed", ", speed range",
                       COUPLING),
     ),
     *under(
@@ -598,7 +598,7 @@ NAMES = {
 AXES = {
     "station": ("", "station of the shaft line"),
     "section": ("", "shaft, elastic gear or damper of the line"),
-    "freedom": ("", "stations that turn together, or a ring, along the line"),
+    "freedom": ("", "group of stations that turn together, or a ring, along the line"),
     "damper": ("", "damper of the line"),
     "gear": ("", "gear of the line"),
     "hammering": ("", "range of speeds in which a gear hammers"),

@@ -93,7 +93,7 @@ def _line(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Stage
         "torsion_topics",
         why="[response.torsion] is in the case",
         cost=f"modes of {len(line.stations)} stations; {orders} solves, one per order, at "
-        f"{case.machine.speed:.6g} rad/s",
+        f"{30.0 / math.pi * case.machine.speed:.5g} rpm",
         quantities=_picked(case, line, torsion, ranged=False),
         is_last=False,
         work=lambda _, kept: ((1, "line"), (kept, "line_order"), (freedoms**3, "shape_weight")),
@@ -117,8 +117,8 @@ def _line(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Stage
         "speeds:run_torsion_speeds",
         "torsion_speeds_topics",
         why="[response.torsion] speeds are in the case",
-        cost=f"{solved} solves, one per order at {speeds.points} speeds from {speeds.start:.6g} to "
-        f"{speeds.stop:.6g} rad/s{twice}",
+        cost=f"{solved} solves, one per order at {speeds.points} speeds from "
+        f"{30.0 / math.pi * speeds.start:.5g} to {30.0 / math.pi * speeds.stop:.5g} rpm{twice}",
         quantities=_picked(case, line, torsion, ranged=True),
         work=work,
         leading=leading(case),
@@ -279,12 +279,12 @@ def _studies(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[St
             "variable_inertia:run_torsion_variable_inertia",
             "torsion_variable_topics",
             why="[response.torsion.variable_inertia] is in the case",
-            orders=orders_words(case) + ", and further ones of the motion",
+            orders=orders_words(case) + ", more orders of the motion",
             cost=over + "Newton's method with all orders at the operating speed",
             quantities=below(VARIABLE, lacking),
             # the motion has more orders than its excitation; so many are tried first
             harmonics=lambda case: _half_orders(case)._replace(
-                is_least=True, rule="of the excitation; more of the motion"
+                is_least=True, rule="of the excitation; the motion has more"
             ),
             work=lambda _, orders: ((5 + points, "variable_solve"),),
         )
@@ -306,8 +306,8 @@ def _studies(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[St
             "transient:run_torsion_transient",
             "torsion_transient_topics",
             why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
-            cost=f"matrix exponentials over {round(steps)} steps of a third of the highest order's "
-            "period, or more",
+            cost=f"matrix exponentials over at least {round(steps)} steps of a third of the period "
+            "of the highest order",
             quantities=below(TRANSIENT, lacking),
             work=lambda _, orders: ((math.ceil(steps), "time_step"), (6, "line")),
         )
@@ -332,8 +332,7 @@ def _damper(case: "Case", torsion: "Torsion | None", options: "DamperDesign") ->
         "damper_design:run_damper_design",
         "damper_design_topics",
         why="[damper_design] is in the case",
-        cost=f"{searches}a map of dampers by changes of rank one, then descents and Newton's "
-        "method",
+        cost=f"{searches}a damper map by rank-one updates, then local searches and Newton's method",
         quantities=below(DESIGN, lacking),
         work=lambda _, orders: ((rings, "damper_map"), (orders * solved, "damper_solve")),
     )
@@ -415,16 +414,16 @@ SUBJECT = Subject(
         or (case.response is not None and case.response.torsion is not None)
     ),
     units={
-        "line": Unit(4.0e-2, "shaft lines set up with their modes"),
-        "line_order": Unit(6.0e-4, "orders of a shaft line summed"),
-        "line_solve": Unit(4.8e-7, "solves times freedoms", megabytes=3.0e-5),
-        "shape_weight": Unit(2.0e-8, "modes times elements times freedoms"),
-        "coupling_range": Unit(1.0, "ranges of speeds with the states of a coupling"),
-        "limit": Unit(1.0e-1, "limits followed over the range"),
-        "time_step": Unit(6.0e-4, "steps in time", "scipy.sparse"),
+        "line": Unit(4.0e-2, "shaft lines with modes"),
+        "line_order": Unit(6.0e-4, "orders of a shaft line"),
+        "line_solve": Unit(4.8e-7, "solves x degrees of freedom", megabytes=3.0e-5),
+        "shape_weight": Unit(2.0e-8, "modes x elements x degrees of freedom"),
+        "coupling_range": Unit(1.0, "speed ranges with coupling states"),
+        "limit": Unit(1.0e-1, "limits over the speed range"),
+        "time_step": Unit(6.0e-4, "time steps", "scipy.sparse"),
         "variable_solve": Unit(1.5e-2, "solves of all orders at once", "scipy.linalg"),
-        "damper_map": Unit(1.0, "maps of dampers with descents", holds=50.0),
-        "damper_solve": Unit(1.0e-4, "solves times freedoms of the map"),
+        "damper_map": Unit(1.0, "damper maps with local searches", holds=50.0),
+        "damper_solve": Unit(1.0e-4, "solves x degrees of freedom of the map"),
     },
     checks=("vibecalc.torsion.checks:line_problems",),
     last_checks=("vibecalc.torsion.checks:modal_problems",),

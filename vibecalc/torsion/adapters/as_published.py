@@ -76,8 +76,8 @@ def run_torsion_as_published(scene: Scene) -> None:
             best = order[np.argmax(np.abs(found[of].value), axis=1)]
             scene.emit(f"{PUBLISHED}largest_{name}_order", best, 0.0, axes)
     scene.cite(
-        "modal route of the source: modal twist at crank angle zero, shapes with 1 at the first "
-        "freedom; it is no twist of a shaft",
+        "modal method of the source: modal twist at crank angle zero, shape 1 at the first "
+        "station; not the twist of a shaft",
         "numbers as published",
         "Baca Vasquez (2007), equations 4.17 to 4.20 and 4.27 to 4.29; docs/theory_torsion.md",
     )

@@ -200,8 +200,8 @@ def _warn_of_rows(scene: Scene, setup: Setup, found: Mapping[str, Bounded]) -> N
             size = abs(float(found[name].value[place]))
             if rows is not None and size > rows.at[-1]:
                 scene.warn(
-                    f"coupling '{one.name}': its {words}, {size:.5g} N m, is beyond the "
-                    f"last row of its table, {rows.at[-1]:.5g} N m, whose values are taken"
+                    f"coupling '{one.name}': its {words}, {size:.5g} N m, exceeds the "
+                    f"last row of its table, {rows.at[-1]:.5g} N m; the values of that row are used"
                 )
 
 

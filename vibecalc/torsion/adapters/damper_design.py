@@ -221,8 +221,8 @@ def run_damper_design(scene: Scene) -> None:
     emit_rings(scene, options, task, best)
     emit_curves(scene, setup, options, task, best)
     scene.cite(
-        "minimax over spring and dashpot by peaks of all sections and speeds, Newton's method "
-        "on the conditions that hold the tuning",
+        "minimax over spring and dashpot of the peaks of all sections and speeds, Newton's method "
+        "on the optimality conditions",
         "damper design",
         "Madsen (1975), Journal of the Institute of Mathematics and its Applications 16; "
         "docs/theory_torsion_studies.md",
@@ -294,7 +294,7 @@ def _emit_table(scene: Scene, options: DamperDesign, task: DesignTask, best: Des
         (travel, limits.travel, "travel of its ring"),
     ):
         if value > limit:
-            scene.warn(f"the table value of the damper does not keep the limit on the {words}")
+            scene.warn(f"the compared damper exceeds the limit on the {words}")
 
 
 # ----------------------------------------------------------------------------
@@ -357,7 +357,7 @@ def emit_rings(scene: Scene, options: DamperDesign, task: DesignTask, best: Desi
             one = design(task.problem, limits)
         except NumericalFailure as failure:
             actual = inertia / task.ratio**2
-            scene.warn(f"no best damper reported for a ring of {actual:.6g} kg m^2: {failure}")
+            scene.warn(f"no optimum damper for a ring of {actual:.6g} kg m^2: {failure}")
             continue
         values = one.damper / task.ratio**2
         rings.append(inertia / task.ratio**2)

@@ -77,8 +77,8 @@ def _means(scene: Scene, setup: Setup, mean: Bounded) -> None:
         scene.emit(f"{PLACE}/mean_indicated_pressure", pressure)
         if abs(pressure.value) > HIGHEST_MEAN:
             scene.warn(
-                f"the mean indicated pressure is {1e-5 * pressure.value:.3g} bar, where engines "
-                "stay below 40: are the pressures of the gas in Pa ('60 bar' otherwise)?"
+                f"the mean indicated pressure is {1e-5 * pressure.value:.3g} bar, above the 40 "
+                "bar of engines: are the gas pressures in Pa (write '60 bar' for bar)?"
             )
 
 

@@ -62,7 +62,7 @@ def run_torsion_irregularity(scene: Scene) -> None:
             f"{IRREGULARITY}/largest/speed", top.speed, axes={"station": known["degree"].names}
         )
     scene.cite(
-        "half range of the sum of order times angle, twice",
+        "twice the half range of the sum of order times angle",
         "cyclic irregularity",
         "Nestorides (ed.), A Handbook on Torsional Vibration, BICERA 1958",
     )

@@ -436,7 +436,7 @@ def emit_barred(scene: Scene, ranges: list[ExceededRanges], speed: float) -> Non
     scene.emit(f"{ROOT}/barred/permitted", allowed, 0.0, axes)
     if any(held):
         scene.warn(
-            "a limit for continuous operation is exceeded in a range that holds the operating "
+            "a limit for continuous operation is exceeded in a range around the operating "
             "speed: it cannot be barred, and the line is not acceptable there"
         )
 

@@ -42,14 +42,14 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     shaft, line = setup.shaft, setup.model.at(setup.speed)
     if natural.failure:
         scene.warn(
-            f"the modes of the damped line were not found: {natural.failure}. Natural frequencies, "
-            "critical speeds and margins are those of the undamped line, its rings free"
+            f"damped modes not found: {natural.failure}. Natural frequencies, critical speeds and "
+            "margins are those of the undamped line with free damper rings"
         )
     if np.any(natural.together):
         numbers = ", ".join(str(one + 1) for one in np.flatnonzero(natural.together))
         scene.warn(
-            f"modes {numbers} share their frequencies with each other, as those of equal branches "
-            "do: frequencies and damping ratios hold, each shape is one of many"
+            f"modes {numbers} have equal natural frequencies, as with identical branches: "
+            "frequencies and damping ratios are valid, mode shapes are not unique"
         )
     axes = {
         "mode": np.arange(1, len(natural.frequency) + 1),
@@ -88,13 +88,13 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     emit_holzer(scene, setup, line, _undamped_uncertainty(setup) if natural.damped else uncertainty)
     scene.cite(
         "qd algorithm and twisted factorisation of the shaft line; mode counts for branches",
-        "natural frequencies and shapes to all digits",
+        "natural frequencies and mode shapes to full precision",
         "Parlett, The Symmetric Eigenvalue Problem, 1998; Fernando and Parlett, Numer. Math. 67, "
         "1994",
     )
     scene.cite(
         "Riccati transfer matrix with mode count and bisection",
-        "natural frequencies a second way",
+        "independent check of natural frequencies",
         "Horner and Pilkey, J. Mech. Design 100, 1978; Wittrick and Williams, QJMAM 24, 1971",
     )
 
@@ -246,7 +246,7 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
     scene.emit(PLACES[3], left, np.abs(left) + errors[2][:, -1], axes)
     scene.cite(
         "Holzer's table at the natural frequencies",
-        "angles and torques of each mode as they are printed",
+        "angles and torques of each mode",
         "Holzer, Die Berechnung der Drehschwingungen, 1921",
     )
 

@@ -36,8 +36,8 @@ def run_torsion_curves(scene: Scene) -> None:
         of = Reading(name, place, "amplitude", "section" if sections else "station", named)
         _emit(scene, setup, of, speed, undamped)
     scene.cite(
-        "orders one by one and summed with phase at each speed",
-        "curves of orders, synthesis and sum of magnitudes over the speeds",
+        "single orders and their sum with phase at each speed",
+        "order curves, synthesis and sum of magnitudes over the speed range",
         "Nestorides (ed.), A Handbook on Torsional Vibration, BICERA 1958",
     )
 

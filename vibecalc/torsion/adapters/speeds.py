@@ -125,8 +125,8 @@ def _masked(scene: Scene, undamped: UndampedResonances) -> None:
     scene.emit(f"{ROOT}/masked/order", undamped.order, 0.0, axes)
     if len(undamped.speed):
         scene.warn(
-            f"nothing damps what is excited at {len(undamped.speed)} speeds of the range "
-            "(masked): the curves have no upper end there"
+            f"undamped resonances at {len(undamped.speed)} speeds of the range (masked): curves "
+            "unbounded there"
         )
 
 

@@ -119,7 +119,7 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
         unsure = (np.abs(least.value) <= least.error) & (alternating.value > 0.0)
         for gear in np.flatnonzero(unsure):
             name = shaft.gears[gear].name
-            scene.warn(f"gear {name!r}: its least torque is zero to within the error")
+            scene.warn(f"gear {name!r}: its minimum torque is zero within its error")
     if setup.torsion.limits:
         from vibecalc.torsion.adapters.limits import emit_operating_use
 
@@ -196,10 +196,10 @@ def _power_balance(scene: Scene, setup: Setup) -> None:
         torques = [f"{1e-3 * one.value:.4g}" for one in (taken, given, -rest)]
         powers = [f"{1e-3 * speed * one.value:.4g}" for one in (taken, given, -rest)]
         scene.warn(
-            f"the mean powers do not close: the loads take {torques[0]} kN m at the crank speed "
-            f"({powers[0]} kW), the cylinders give {torques[1]} kN m ({powers[1]} kW), so that "
-            f"station '{shaft.station_names[place]}', which takes the rest, has to give "
-            f"{torques[2]} kN m ({powers[2]} kW)"
+            f"power balance: loads absorb {torques[0]} kN m at the crank speed ({powers[0]} kW), "
+            f"cylinders deliver {torques[1]} kN m ({powers[1]} kW); station "
+            f"'{shaft.station_names[place]}', which balances the line, has to supply {torques[2]} "
+            f"kN m ({powers[2]} kW)"
         )
 
 
@@ -245,9 +245,9 @@ def _heat_of_modes(scene: Scene, setup: Setup, w: FloatArray, angle: Bounded) ->
     scene.emit(f"{ROOT}/modal_heat", value, axes={"mode": np.arange(1, len(modes.shape) + 1)})
     if np.any(value.value > 0.0):
         scene.warn(
-            "damping ratios by mode take the place of the dampings of shafts, stations and "
-            f"dampers: their heat, {value.value.sum():.4g} W in all modes together, has no place "
-            "in the line, and sections, stations and dampers have none"
+            "modal damping ratios replace the damping of shafts, stations and dampers: their heat, "
+            f"{value.value.sum():.4g} W in all modes together, cannot be assigned to sections, "
+            "stations and dampers"
         )
 
 
@@ -298,17 +298,17 @@ def warn_of_orders(scene: Scene, setup: Setup) -> None:
         met = order[chosen & state.masked[0]]
         if len(met):
             scene.warn(
-                f"{what} are left out; order {met[0]:g} of them is on an undamped natural "
-                "frequency at the operating speed, where its response has no bound"
+                f"{what} are neglected; order {met[0]:g} coincides with an undamped natural "
+                "frequency at the operating speed, where its response is unbounded"
             )
             return
         added = synthesis(drive.cycles.some(chosen), torque[:, chosen]).half_range
         most = int(np.argmax(added / safe))
         if added[most] > NOTICEABLE * safe[most]:
             scene.warn(
-                f"{what} are left out and in no error estimate: at the operating speed they have "
-                f"{100.0 * added[most] / half[most]:.3g} % of the half range of the orders of the "
-                f"case in '{setup.shaft.section_names[most]}'"
+                f"{what} are neglected, also in error estimates: at the operating speed their half "
+                f"range in '{setup.shaft.section_names[most]}' is "
+                f"{100.0 * added[most] / half[most]:.3g} % of that of the orders of the case"
             )
 
     between = ~known & (order < used[-1])
@@ -328,8 +328,8 @@ def _warn_of_gaps(scene: Scene, highest: float, base: float) -> None:
     if lacking:
         words = ", ".join(f"{one:g}" for one in lacking[:3]) + ", ..." * (len(lacking) > 3)
         scene.warn(
-            f"the table of tangential effort has no order {words}: what the gas does there is in "
-            "no result and in no error estimate"
+            f"the table of tangential effort has no order {words}: this gas excitation is "
+            "neglected, also in error estimates"
         )
 
 

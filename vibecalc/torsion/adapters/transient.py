@@ -102,8 +102,8 @@ def run_torsion_transient(scene: Scene) -> None:
     passes = options.kind in PASSAGES
     if setup.model.over_speed is not None and passes:
         scene.warn(
-            "dampings that follow the speed stay as they are at the mean speed of the change while "
-            "it lasts; the steady vibration next to it has those of each speed"
+            "speed-dependent damping is kept constant during the change, at its value for the mean "
+            "speed; the steady vibration compared with it uses the value at each speed"
         )
     if options.kind == "clutch_in":
         from vibecalc.torsion.adapters.transient_clutch import run_clutch
@@ -149,8 +149,8 @@ def _windows(scene: Scene, setup: Setup, run: TransientRun) -> Windows | None:
     windows = sliding(run.course, setup.drive.firing.cycle, _TIMES)
     if windows is None:
         scene.warn(
-            "the change in time is watched for hardly a cycle of the machine: there is no "
-            "envelope over a whole cycle; watch a longer time after it"
+            "the simulated time is hardly a cycle of the machine: no envelope over a whole cycle; "
+            "simulate a longer time after the change"
         )
     return windows
 
@@ -183,8 +183,8 @@ def _emit_equivalent(change: Change, found: Equivalent) -> None:
         for name, one, resonance in zip(names, frequency, found.resonance[lossy], strict=True)
     )
     change.scene.warn(
-        "a loss factor has no form in time: dashpots of stiffness times loss factor over frequency "
-        f"take its place and keep the magnitude at one frequency each: {each}"
+        "in the time domain loss factors are replaced by dashpots, stiffness x loss factor / "
+        f"frequency, each of equal magnitude at one frequency: {each}"
     )
 
 
@@ -246,9 +246,8 @@ def _emit_passage(change: Change) -> None:
     change.emit("lag", way * (at - found.speed), step + found.speed_error)
     if not np.all(finite):
         change.scene.warn(
-            "nothing damps the line at a critical speed that is passed: its steady vibration has "
-            "no bound there, the quasi-steady curve next to the transient is as high as its "
-            "speeds are close"
+            "an undamped critical speed is passed: the steady vibration is unbounded there, the "
+            "height of the quasi-steady curve depends only on its speed step"
         )
 
 

@@ -56,8 +56,8 @@ def run_clutch(
     found = engage(line, order, clutch, vibrating, speed, before, options.after, cycle, rtol)
     _emit_clutch(scene, setup, line, clutch, found, ratio, before)
     scene.warn(
-        "clutch-in: before it each part of the line turns steadily, and what balances its mean "
-        "torques is taken to go on as it was; the friction of the clutch alone changes the speeds"
+        "clutch-in: both parts of the line turn steadily before it; the torques that balance their "
+        "means are assumed constant, and only the friction of the clutch changes the speeds"
     )
     held = np.isfinite(found.held)
     ends = (vibrating(found.common_speed),) if held else ()
@@ -92,8 +92,8 @@ def _emit_clutch(
         scene.emit(f"{stem}use", found.use, use_error)
     else:
         scene.warn(
-            f"the clutch still slips after {float(run.course.time[-1]) - before:.4g} s: watch a "
-            "longer time after it for the speed that both parts reach"
+            f"the clutch still slips after {float(run.course.time[-1]) - before:.4g} s: "
+            "increase `after` to reach the common speed of both parts"
         )
     time, slip = _slips(line, clutch, found)
     scene.emit(f"{stem}slip_speed", ratio * slip, ratio * slack, {"clutch_time": time})

@@ -75,7 +75,7 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
     if setup.torsion.speeds is not None:
         emit_speeds(scene, setup, highest)
     scene.cite(
-        "harmonic balance of the whole Lagrangian system with the inertias as they turn; "
+        "harmonic balance of the whole Lagrangian system with angle-dependent inertias; "
         "multipliers over the cycle",
         "variable inertia",
         "Pasricha and Carnegie (1976), Journal of Sound and Vibration 46; "
@@ -268,8 +268,8 @@ def _emit_half_ranges(scene: Scene, setup: Setup, highest: float, speeds: FloatA
         changes.append(relative_change(constant, varying))
     if left:
         scene.warn(
-            f"variable inertia: {left} of {len(speeds)} speeds have no motion to tell (an undamped "
-            "critical, or a border of stability); they stand as unbounded"
+            f"variable inertia: no steady motion at {left} of {len(speeds)} speeds (undamped "
+            "critical speed or stability limit), reported as unbounded"
         )
     axes = {"section": setup.shaft.section_names, "variable_speed": speeds}
     scene.emit(f"{VARIABLE}speeds/torque_half_range", stack(halves), axes=axes)
@@ -318,9 +318,9 @@ def _emit_unstable(scene: Scene, setup: Setup, regions: Wedges) -> None:
     assert asked is not None
     system = system_of(setup, setup.speed)
     if np.any(setup.model.speed_stiffness):
-        scene.warn("unstable ranges are those of pendulums as they are at the operating speed")
+        scene.warn("unstable ranges: pendulums as at the operating speed")
     if setup.model.over_speed is not None:
-        scene.warn("unstable ranges are those of the dampings at the operating speed")
+        scene.warn("unstable ranges: damping as at the operating speed")
     # rates of decay in 1/s from the work of undamped shapes
     line, modes = setup.model.line, setup.modes
     twist = modes.shape[:, line.first] - modes.shape[:, line.second]

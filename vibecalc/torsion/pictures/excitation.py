@@ -131,7 +131,7 @@ def _missed(plot: Plot) -> None:
     if len(plot.drawn) > 1:
         (_, curve), (_, made) = plot.drawn[-2:]
         missed = f"{show(float(np.max(np.abs(made - curve))), digits=2)} {plot.unit}"
-        words = f"the orders miss it by {missed} at most"
+        words = f"largest deviation of the orders {missed}"
         plot.axes.set_title(words, loc="right", fontsize=8)
 
 
@@ -157,7 +157,7 @@ def _one_cylinder(result: Result, times: float) -> Panel:
         (
             Curve(EXCITATION + "gas_torque", "gas", {"color": COLOURS[0]}),
             Curve(grown("inertia_torque"), "inertia", {"color": COLOURS[1]}),
-            Curve(total, "both", {"color": TOTAL}),
+            Curve(total, "total", {"color": TOTAL}),
             Curve(_of_orders(total, harmonics), _orders_words, _DASHED),
             _missed,
         ),
@@ -246,11 +246,10 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
     phases = np.exp(-1j * np.multiply.outer(order, angle - angle[0]))
     stars = alike(phases, mirrored)[:_STARS]
     fires = np.array([name not in silent(result) for name in named])
-    words = f"phase vectors of the cylinders by order{' (mirror images count as equal)' * mirrored}"
-    words += ";\nbelow: times the mode shape at each throw, added up, over the sum of all in phase"
+    words = f"phase vectors of the cylinders by order{' (mirror images taken as equal)' * mirrored}"
+    words += ";\nbelow: vector sum weighted by the mode shape, relative to all in phase"
     for ill in misfire_words(result):
-        are, they = ("is", "it") if fires.sum() == len(named) - 1 else ("are", "they")
-        words += f"\n{ill} and {are} not in the sums (dashed); all: if {they} did"
+        words += f"\n{ill}: left out of the sums (dashed); all: as if all cylinders fired"
     listed = [_order_words(order[group]) for group in stars]
     wide = max(len(stars), 3)
     side = min(10.0 * (WIDTH - _MARGIN) / TYPE / wide, 2.2)
@@ -430,7 +429,7 @@ TORSION_ORDERS = Curves(
             tuple(
                 Curve(_first_orders(EXCITATION + name), words, {"color": colour}, bars=True)
                 for name, words, colour in (("gas", "gas", COLOURS[0]),
-                    ("inertia", "inertia", COLOURS[1]), ("total", "both", TOTAL))
+                    ("inertia", "inertia", COLOURS[1]), ("total", "total", TOTAL))
             ),
             unit=torque_words,
             legend={"loc": "upper right"},

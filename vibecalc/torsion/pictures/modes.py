@@ -186,7 +186,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
     right, top = rpm(high) * 1.04, _ROOM * float(frequency[-1])
     words = "Campbell diagram"
     if course is None and has_pendulums(result):
-        words += ", natural frequencies as they are at the operating speed (pendulums change them)"
+        words += ", natural frequencies at the operating speed (they vary with speed: pendulums)"
     figure = canvas(result, words, 7.0)
     axes = figure.subplots()
     axes.set(xlim=(0.0, right), ylim=(0.0, top), xlabel="crank speed in rpm",
@@ -316,7 +316,7 @@ def draw_system(result: Result) -> "Figure | None":
     at = _places(paths)
     rows = 1 + round(-min(y for _, y in at.values()) / _ROW)
     words = "blue: stations with cylinders; " if line.cylinder_station.size else ""
-    words += "names above: stations, below: what joins them"
+    words += "names above: stations, below: elements between them"
     words += "; dotted: gears with their ratios" if line.gears else ""
     figure = canvas(result, f"sketch of the line; {words}", 0.6 + _INCHES * rows)
     axes = figure.subplots()

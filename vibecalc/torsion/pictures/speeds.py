@@ -163,13 +163,17 @@ _ROOM = 70.0
 _BARCODE = 12
 _SHADES = (
     ("barred", "#E69F00", 0.25, "barred for continuous operation"),
-    ("hammering", "#CC79A7", 0.15, "teeth of a gear hammer"),
+    ("hammering", "#CC79A7", 0.15, "gear hammer"),
     ("masked", "#f3c6cc", 1.0, "undamped critical"),
 )
 #: the same line otherwise: where it stands, its name and look
 _OTHERS: tuple[tuple[str, str, Look], ...] = (
     ("bare/", "without dampers", {"color": QUIET, "linestyle": "--", "linewidth": 1.2}),
-    ("healthy/", "all cylinders fire", {"color": COLOURS[2], "linestyle": "-.", "linewidth": 1.2}),
+    (
+        "healthy/",
+        "all firing",
+        {"color": COLOURS[2], "linestyle": "-.", "linewidth": 1.2},
+    ),
 )
 _TORQUE, _STRESS, _TWIST = (f"{name}_half_range" for name in ("torque", "stress", "twist"))
 _BESIDE: Look = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
@@ -228,7 +232,7 @@ def _speeds(result: Result) -> list[Panel]:
 
 
 TORSION_SPEEDS = Curves(
-    also("half range of all orders together, against speed"),
+    also("half range of all orders against speed"),
     _speeds,
     high=2.83,
 )
@@ -287,7 +291,7 @@ def _top(result: Result, section: str) -> Panel:
 
 def _allowed(section: str) -> Iterator[Curve]:
     """Curves of the limits that are held against a section, named after their rules."""
-    for name, passing, style in (("allowed", "", "-"), ("transient", ", passing through", "-.")):
+    for name, passing, style in (("allowed", "", "-"), ("transient", ", passage", "-.")):
 
         def made(result: Result, name: str = name, passing: str = passing) -> Quantity | None:
             limit = having(result.record, f"{TORSION}limit/{name}", "limit", "speed")
@@ -522,7 +526,7 @@ def _permitted(plot: Plot) -> None:
 
 
 TORSION_COUPLINGS = Curves(
-    also("couplings, use of what is permitted against speed"),
+    also("couplings, utilisation against speed"),
     (
         Panel(
             "use",

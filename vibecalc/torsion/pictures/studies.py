@@ -153,7 +153,7 @@ TORSION_TRANSIENT = Curves(
     (
         Panel(
             "torque",
-            (Curve(_LOW, "crests, cycle by cycle", _BLUE), Curve(_HIGH, "", _BLUE), _between,
+            (Curve(_LOW, "extremes of each cycle", _BLUE), Curve(_HIGH, "", _BLUE), _between,
              _onset, _steady("before", COLOURS[2]), _steady("after", COLOURS[1]), _crank_speed),
             lambda result: f"torque in section {_section(result)}, mean included",
             unit=torque_words,
@@ -213,7 +213,7 @@ def _same(one: Quantity, _: Result) -> Quantity:
     return one
 
 
-COUNTED_CYCLES = Curves("cycles of the change by their range, crest less trough", _counted)
+COUNTED_CYCLES = Curves("rainflow cycles of the speed change by range (peak-to-peak)", _counted)
 
 
 # ----------------------------------------------------------------------------
@@ -314,13 +314,13 @@ def _of_changed(path: str) -> Source:
 
 VARIABLE_INERTIA = Curves(
     lambda result: (
-        f"torque in section {_changed(result)}: inertias that change over the revolution"
+        f"torque in section {_changed(result)}: variable inertia"
     ),
     (
         Panel(
             "torque",
             (Curve(_of_changed(TORSION + "torque"), "mean inertias", {"color": QUIET}, bars=True),
-             Curve(_of_changed(_ROOT + "torque"), "inertias that change, exact motion",
+             Curve(_of_changed(_ROOT + "torque"), "variable inertias, exact motion",
                    {"color": COLOURS[0]}, bars=True)),
             lambda result: f"{at_speed(result, 'at ')}, amplitudes 0-to-peak",
             unit=torque_words,
@@ -332,7 +332,7 @@ VARIABLE_INERTIA = Curves(
             (Curve(_of_changed(TORSION + "speeds/torque_half_range"), "mean inertias",
                    {"color": QUIET, "linestyle": "--"}),
              Curve(_of_changed(_ROOT + "speeds/torque_half_range"),
-                   "inertias that change, linear motion", {"color": TOTAL}),
+                   "variable inertias, linear motion", {"color": TOTAL}),
              operating),
             "half range of all orders together",
             unit=torque_words,
@@ -365,7 +365,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
     from matplotlib.colors import BoundaryNorm
 
     best, unit = float(worst.values), OBJECTIVES[name]
-    words = f"largest half range of the {name} over springs and damping of the damper"
+    words = f"largest half range of the {name} over stiffness and damping of the damper"
     figure = canvas(result, words, 6.6)
     axes = figure.subplots()
     k, c = (np.asarray(axis.values, dtype=float) for axis in found.axes)
@@ -386,7 +386,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
     if gain is not None and (table.get("stiffness") or 0.0) > 0.0:
         axes.plot([table["stiffness"]], [table["damping"]], "D", color=COLOURS[1], ms=9, zorder=6,
                   markeredgecolor="white", clip_on=False,
-                  label=f"table value, {show(gain, digits=4)} times")  # fmt: skip
+                  label=f"compared damper, {show(gain, digits=4)} x optimum")  # fmt: skip
     place = [scalar_of(record, DESIGN + name) or 0.0 for name in ("stiffness", "damping")]
     axes.plot(
         [place[0]], [place[1]], "*",
@@ -400,7 +400,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
     plain_ticks(axes.yaxis)
     axes.grid(visible=False)
     bar = figure.colorbar(filled, ax=axes, ticks=levels, format="{x:g}")
-    bar.set_label("times the optimum")
+    bar.set_label("ratio to the optimum")
     figure.legend(loc="outside lower center", ncols=3)
     return figure
 
@@ -424,7 +424,7 @@ def _basins(axes: "Axes", record: Record) -> None:
     ends = np.array([one.values for one in found if one is not None])
     if len(ends) == len(names) and np.any(ends[2] > 1.01):
         axes.plot(*ends[:2, ends[2] > 1.01], "o", color=TOTAL, ms=6, markerfacecolor="none",
-                  label="other valleys", zorder=5)  # fmt: skip
+                  label="other minima", zorder=5)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -489,16 +489,16 @@ def _response(result: Result) -> list[Panel]:
     thin = {"linewidth": 1.1, "linestyle": "--", "color": QUIET}
     parts = (
         Curve(_with("none"), "no damper", thin),
-        Curve(_with("table value"), "table value", {"linewidth": 1.8, "color": COLOURS[1]}),
+        Curve(_with("table value"), "compared damper", {"linewidth": 1.8, "color": COLOURS[1]}),
         Curve(_with("optimum"), "optimum", {"linewidth": 1.8, "color": COLOURS[0]}),
         level(
             _optimum,
-            "largest of the optimum",
+            "maximum of the optimum",
             color=COLOURS[0],
             linestyle=":",
             linewidth=0.9,
         ),
-        Curve(_held, "maxima that decide it", _MAXIMA),
+        Curve(_held, "decisive maxima", _MAXIMA),
         operating,
     )
     name = objective_of(result)
@@ -506,7 +506,7 @@ def _response(result: Result) -> list[Panel]:
 
 
 DAMPER_RESPONSE = Curves(
-    lambda result: f"largest half range of the {objective_of(result)} of all sections that count",
+    lambda result: f"largest half range of the {objective_of(result)} of all sections considered",
     _response,
     high=4.1,
     names=3,
@@ -537,18 +537,18 @@ def _at_criticals(mode: int) -> Source:
 
 
 AS_PUBLISHED = Curves(
-    "modal route of the source: shapes with 1 at the first freedom, no twist of a shaft",
+    "modal method of the source: mode shapes with 1 at the first station, no twist of a shaft",
     (
         Panel(
             "twist",
             (Curve(PUBLISHED + "twist_magnitude", "mode {}"), operating),
-            "size of the modal twist at crank angle 0 against speed",
+            "modal twist at crank angle 0 against speed, magnitude",
             log="y",
         ),
         Panel(
             "vector sum",
             (Curve(PUBLISHED + "intensity", bars=True),),
-            "intensity: torques weighted by the shape, summed over the stations",
+            "intensity: torques weighted by the mode shape, summed over the stations",
             log="y",
             ends=decades(4),
         ),
@@ -561,7 +561,7 @@ AS_PUBLISHED = Curves(
                 )
                 for mode in range(_MODES)
             ),
-            "size of the modal twist at the critical speeds, all orders",
+            "modal twist at the critical speeds, all orders, magnitude",
             log="xy",
         ),
     ),

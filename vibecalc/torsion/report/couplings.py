@@ -35,17 +35,17 @@ BORNE = {
     "T_KN": ("mean_torque", "mean torque, T_KN"),
     "T_Kmax": ("peak_torque", "peak torque, T_Kmax"),
     "T_KW": ("vibratory_torque", "vibratory torque, T_KW"),
-    "T_KW by orders": ("torque_by_orders", "  the same by orders"),
+    "T_KW by orders": ("torque_by_orders", "  by orders"),
     "P_KV": ("power_loss", "power loss, P_KV"),
     "n_max": ("", "speed, n_max"),
     "temperature": ("temperature", "temperature"),
 }
 _UNITS = {"n_max": "rpm", "temperature": "degC", "P_KV": "W"}
 _FREQUENCY = (
-    "T_KW holds at its own frequency, 10 Hz if the maker says no other; above it a "
-    "vibratory torque counts sqrt(f / 10 Hz) times (DIN 740-2). The half range of all "
-    "orders counts by the frequency of its largest order; by orders: root of the sum of "
-    "squares, each order by its own frequency, which goes with the heat."
+    "T_KW applies at its reference frequency, 10 Hz unless the manufacturer gives another; above "
+    "it the vibratory torque is multiplied by sqrt(f / 10 Hz) (DIN 740-2). Half range of all "
+    "orders: f of the largest order. By orders: root of the sum of squares, each at its own f, as "
+    "for the heat."
 )
 
 
@@ -81,12 +81,12 @@ def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
     laws = {"mean torque": one.mean_torque, "temperature": one.over_temperature,
             "frequency": one.frequency, "vibratory torque": one.amplitude}  # fmt: skip
     if follows := [words for words, law in laws.items() if law is not None]:
-        rows.append(("  they follow", joined(follows)))
+        rows.append(("  depend on", joined(follows)))
     heat = having(record, f"{COUPLING}/temperature", "coupling")
     if one.temperature and heat is not None:
         words = f"{show(float(heat.values[place]) - ICE)} degC"
         if one.resistance:
-            words += f", {show(one.temperature - ICE)} degC about it and {one.resistance:.4g} K/W"
+            words += f", ambient {show(one.temperature - ICE)} degC, {one.resistance:.4g} K/W"
         rows.append(("  temperature", words))
     return pairs(rows)
 
@@ -97,11 +97,11 @@ def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
 
     use = having(result.record, f"{COUPLING}/use", "coupling", "coupling_limit")
     if use is None:
-        return paragraph("Its maker says no limits.")
+        return paragraph("No limits given by the manufacturer.")
     shown = [
         (number(title), quantity)
         for title, path in (
-            ("use\n%", f"{COUPLING}/use"),
+            ("util.\n%", f"{COUPLING}/use"),
             ("largest\n%", f"{COUPLING}/largest_use"),
             ("at\nrpm", f"{COUPLING}/largest_use_speed"),
             ("all fire\n%", f"{HEALTHY}/use"),

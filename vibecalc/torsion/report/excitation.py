@@ -76,8 +76,8 @@ def strongest_criticals(result: Result) -> list[str]:
         if cells:
             rows.append([names[mode], *cells, *[""] * (len(_PLACES) - len(cells))])
     if not rows:
-        return paragraph(f"No order meets a mode from {range_words(result)}.")
-    words = "Order at rpm, ranked by its torque on the mode; *: major order, cylinders in phase"
+        return paragraph(f"No critical speed from {range_words(result)}.")
+    words = "Order at rpm, ranked by modal torque; *: major order, cylinders in phase"
     banks = EXCITATION + "bank_factor" in record
     words += " in each bank." if banks else "."
     return [*table((Column("mode"), *map(number, _PLACES)), rows), *paragraph(words)]
@@ -144,7 +144,7 @@ def cylinder_orders(result: Result) -> list[str]:
     words = (
         f"Torque of one cylinder by order in {unit}, from its firing top dead centre: cos and sin "
         "of a cos(q t) + b sin(q t), amplitude 0-to-peak, phase of the cosine (positive leads); "
-        "tangential pressure: amplitude over piston area and crank radius."
+        "tangential pressure: amplitude / (piston area x crank radius)."
     )
     rows = Rows("order", "order", columns, EXCITATION.rstrip("/"), "{:.4g}", right=True,
                 places=first(MOST_ORDERS), rest=others(_HIGHER), above=words)  # fmt: skip
@@ -153,14 +153,13 @@ def cylinder_orders(result: Result) -> list[str]:
 
 _HIGHER = "and {left} higher orders, in the result file"
 _SUMS = (
-    "Sum: each cylinder is a vector as long as the shape at its station, turned by order times "
-    "firing angle; the length of the sum of all, divided by the sum of their lengths (1: all point "
-    "one way, 0: they cancel). Torque: 0-to-peak on the mode, with the largest angle of the shape "
-    "1. Major orders (*): "
+    "Sum: vector sum over the cylinders (length: mode shape at the station, angle: order x firing "
+    "angle), divided by the sum of the lengths (1: all in phase, 0: they cancel). Torque: modal "
+    "torque, 0-to-peak, for the largest angle of the shape 1. Major orders (*): "
 )
 _BANKS = (
-    "the cylinders of each bank in phase; banks: what the angle between them leaves of "
-    "their sums (1: all; 0: they cancel, and the order is not major)."
+    "the cylinders of each bank in phase; banks: factor on the sum due to the bank angle (1: no "
+    "reduction; 0: the banks cancel, and the order is not major)."
 )
 
 
@@ -190,7 +189,7 @@ def vector_sums(result: Result) -> list[str]:
     words = f"Vector sums over the cylinders by mode ({listed}) and order. {_SUMS}"
     words += "all cylinders in phase." if bank is None else _BANKS
     if silent(result):
-        words += " The sums count all cylinders alike, as if all fired; the torques do not."
+        words += " Sums: as if all cylinders fired; torques: with the misfire."
     more = max(sums.values.shape[1] - MOST_ORDERS, 0)
     return [*_ranked(record, sums, modes, names), *paragraph(words), *table(columns, rows),
             *paragraph(_HIGHER.format(left=more))[: bool(more)]]  # fmt: skip
@@ -256,7 +255,7 @@ def station_torques(result: Result) -> list[str]:
               lambda one, _: show(factor * abs(one), factor * noise))
         for i in places
     ]  # fmt: skip
-    words = f"Torques at the stations by order of the crank or first shaft, 0-to-peak, in {unit}:"
+    words = f"Torques at the stations by order of the crank or first shaft, 0-to-peak, {unit}:"
     rows = Rows("order", "order", columns, label="{:.4g}", right=True, places=acting,
                 above=words)  # fmt: skip
     return rows_of(result.record, rows)[0]

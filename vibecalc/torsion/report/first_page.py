@@ -82,7 +82,7 @@ def torsion(result: Result) -> Section | None:
 # ----------------------------------------------------------------------------
 
 HEALTHY, BARE = "healthy/", "bare/"
-ANY, OPERATING = "speed range", "operating"
+ANY, OPERATING = "speed range", "operating speed"
 #: behind a value above a limit that is for another column
 ABOVE = " !"
 #: words, path below `TORSION` and unit as shown, that of torques where none is said
@@ -141,9 +141,7 @@ def _rows(result: Result) -> Iterator[SummaryRow]:
             yield from _load(result, f"{words}, {scope}", of, "section", unit)
     yield from _uses(result)
     for name, unit in _DAMPERS:
-        yield from _load(
-            result, f"{name} in a damper, {OPERATING}", f"damper/{name}", "damper", unit
-        )
+        yield from _load(result, f"damper {name}, {OPERATING}", f"damper/{name}", "damper", unit)
 
 
 def variant_table(result: Result) -> list[str]:
@@ -160,7 +158,7 @@ def variant_table(result: Result) -> list[str]:
     head = [Column("quantity"), Column("unit"), *(number(title) for title, _ in columns.values())]
     lines = table([*head, number("limit"), Column("flag")], rows)
     if any(text.endswith(ABOVE) for row in rows for text in row):
-        lines += paragraph("!: above the limit, which the case sets for another column.")
+        lines += paragraph("!: above the limit, which applies to another column.")
     return lines
 
 
@@ -214,7 +212,7 @@ def _load(result: Result, words: str, path: str, axis: str, unit: str) -> Iterat
         if size <= 0.0 and axis == "section":
             continue
         if not np.isfinite(size):
-            name, at = "", "undamped criticals, listed below"
+            name, at = "", "undamped critical speeds, listed below"
         elif path.startswith("largest/"):
             at = _at_speed(result, prefix, path, name)
         value[prefix] = Value(size, show(size, factor * quantity.error_estimate, 4), name, at)
@@ -270,7 +268,7 @@ def _uses(result: Result) -> Iterator[SummaryRow]:
                     where = ("", "") if prefix else place or ("", f"{OPERATING}: {rule}")
                     value[prefix] = Value(share, show(share, digits=4), *where)
             if value:
-                words = f"{limited_words(record, some=[i])} over limit {i + 1}, {scope}"
+                words = f"{limited_words(record, some=[i])} utilisation, limit {i + 1}, {scope}"
                 yield SummaryRow(words, "%", value, 100.0, "100", flagged[i])
 
 
@@ -279,19 +277,19 @@ def _uses(result: Result) -> Iterator[SummaryRow]:
 # ----------------------------------------------------------------------------
 
 #: where limits are broken
-_WHERE = {AT_SPEED: "at the operating speed", PASSING: "even for passing through"}
-_NOT_BARRED = "where the rule lets no range of speeds be barred"
+_WHERE = {AT_SPEED: "at the operating speed", PASSING: "even for passage"}
+_NOT_BARRED = "where the rule permits no barred range"
 
 
 def conclusion(result: Result) -> str:
     """One sentence: what the line keeps, where it has to be passed, and what breaks a limit."""
     record = result.record
     driven = TORSION + "torque_half_range" in record
-    none = "the case sets no limit of the stress" if driven else "nothing drives the line"
+    none = "the case sets no stress limit" if driven else "the line has no excitation"
     clauses = [*_of_limits(result)] or [none]
     clauses += [*_of_gears(result), *_of_majors(result)]
     if vector(record, "masked/from", "masked") is not None:
-        clauses.append("at some critical speeds nothing damps the line")
+        clauses.append("some critical speeds are undamped")
     if ill := silent(result):
         clauses.append(f"all values with misfire of cylinder {joined(ill)}")
     text = "; ".join(clauses)
@@ -326,8 +324,8 @@ def _of_majors(result: Result) -> Iterator[str]:
         if row.where.get("order_class") == "major" and row.state == BROKEN and rule:
             mode, order = row.element.removesuffix(" mode"), row.limit.rpartition(" ")[2]
             yield (
-                f"the {mode} natural frequency lies {row.computed:.1f} % from major order {order} "
-                f"of the operating speed, less than {rule.rule.name} asks"
+                f"the {mode} natural frequency is {row.computed:.1f} % from major order {order} "
+                f"at the operating speed, less than {rule.rule.name} requires"
             )
 
 
@@ -344,28 +342,28 @@ def _of_gears(result: Result) -> Iterator[str]:
         if row.limit.endswith(AT_SPEED):
             found.insert(0, "at the operating speed")
         elif low is None or high is None or gear is None:
-            found.append("from somewhere")
+            found.append("within the speed range")
         else:
             own = gear == names(record, "speeds/gear_hammers", "gear").index(row.element) + 1
             ends = [f"{turns(one)} to {turns(two)}" for one, two in zip(low[own], high[own],
                                                                        strict=True)]  # fmt: skip
-            found.append(f"from {joined(ends)} rpm" if ends else "from somewhere")
+            found.append(f"from {joined(ends)} rpm" if ends else "within the speed range")
     for name, where in places.items():
-        yield f"gear {name!r} hammers {joined(where)}"
+        yield f"gear hammer in {name!r} {joined(where)}"
 
 
 def in_one_sentence(result: Result) -> str:
     """How many limits are kept, which are not, and the speed ranges that are barred."""
     rows = verdicts_of(result)
     if not rows:
-        return "The case sets no limit, so none is judged."
+        return "The case sets no limits."
     ranges = ranges_in_words(result)
     if not ranges and having(result.record, f"{TORSION}limit/largest_use", "limit"):
         ranges = ["no speed range is barred"]
     return "; ".join([counted([], rows).rstrip("."), *ranges]) + "."
 
 
-_COUPLINGS = "Use of a coupling: T_KW counts by its frequency, a temperature by its rise."
+_COUPLINGS = "Coupling utilisation: T_KW corrected for frequency; temperature by its rise."
 
 
 def conclusion_table(result: Result) -> list[str]:
@@ -426,13 +424,13 @@ CALCULATION = Calculation(
             *("first_page:barred", "excitation:torsion_excitation", "torsion_campbell"),
         ),
         _chapter(
-            "Changes in time and passage",
+            "Transient response",
             *("studies:torsion_transient", "torsion_transient", "torsion_waterfall"),
             *("clutch_slip", "counted_cycles"),
         ),
         _chapter("Variable inertia", "studies:torsion_variable", "torsion_variable_inertia"),
         _chapter("As published", "studies:torsion_published"),
-        _chapter("Design of a damper", "studies:damper_design", "damper_map", "damper_response"),
+        _chapter("Damper design", "studies:damper_design", "damper_map", "damper_response"),
         _chapter("Conclusion", "first_page:conclusion_table"),
     ),
     elsewhere=(
@@ -480,6 +478,6 @@ def barred(result: Result) -> list[str]:
     record = result.record
     if f"{TORSION}limit/largest_use" not in record:
         there = having(record, TORSION + "critical/speed", "mode", "order") is not None
-        return paragraph("No limit is held over the speeds: none is barred.") if there else []
+        return paragraph("No limit over the speed range: none is barred.") if there else []
     words = "; ".join(ranges_in_words(result)) or "no range is barred"
     return stacked(paragraph(f"{words[0].upper()}{words[1:]}."), exceeded_table(record))

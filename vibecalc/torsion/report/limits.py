@@ -89,7 +89,7 @@ def barred_ranges(result: Result, *, permitted: bool = True) -> list[str]:
 def acceptable(record: Record, place: int) -> str:
     """What stands behind a range in the first table that may not be barred."""
     may = vector(record, "barred/permitted", "barred")
-    return "" if may is None or may[place] else "NOT ACCEPTABLE: it may not be barred"
+    return "" if may is None or may[place] else "NOT ACCEPTABLE: may not be barred"
 
 
 def most_used(record: Record, place: int) -> str:
@@ -132,7 +132,7 @@ def ranges_in_words(result: Result) -> list[str]:
         verb = "are" if len(barred) > 1 else "is"
         words.append(f"{joined(barred)} {verb} barred for continuous operation")
     if not_:
-        why = "a limit for continuous operation is exceeded and no range may be barred"
+        why = "a limit for continuous operation is exceeded and barring is not permitted"
         words.append(f"the line is not acceptable from {joined(not_)}, where {why}")
     return words
 
@@ -140,7 +140,7 @@ def ranges_in_words(result: Result) -> list[str]:
 def exceeded_table(record: Record) -> list[str]:
     """The ranges above the limits, and which of them may be barred."""
     above = (
-        f"Speed ranges in which the {limited_words(record, 'or')} exceeds what is allowed for "
+        f"Speed ranges in which the {limited_words(record, 'or')} exceeds the limit for "
         "continuous operation:"
     )
     return rows_of(record, Rows("exceeded", "", _EXCEEDED, TORSION + "exceeded", above=above))[0]
@@ -225,7 +225,7 @@ def _origin(place: int, limit: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     if share:
         yield "  alternating share", f"{float(share):g}"
     elif not kind:
-        yield "  scope", "set by the case, within the speeds of its table"
+        yield "  scope", "set by the case, over the speeds of its table"
         return
     yield from (("  scope", rule.scope), ("  not for", rule.not_for), ("  measure", rule.measure))
     if strength := limit.get("tensile_strength"):
@@ -257,20 +257,20 @@ def formulas(result: Result) -> list[str]:
 _FORMULAS = (
     (
         "iacs_m53",
-        "Allowed stress of a crank pin by UR M53: the nominal torsional stress with which the "
-        "fatigue strength sigma_DW is 1.15 of the equivalent stress sigma_v at its worst "
+        "Allowed stress of a crank pin by UR M53: the nominal torsional stress at which the "
+        "fatigue strength sigma_DW is 1.15 times the equivalent stress sigma_v at the worst "
         "place. Fillets: sigma_v^2 = (sigma_B + sigma_add)^2 + 3 tau^2; oil bore: sigma_v = "
         "sigma_B / 3 (1 + 2 sqrt(1 + 9/4 (sigma_T / sigma_B)^2)); each stress with its "
-        "concentration factor. Bending stresses are given by the case.",
+        "concentration factor. Bending stresses: from the case.",
     ),
     (
         "iacs_m68",
-        "Allowed stress by the rule: tau_C = (sigma_B + 160) / 18 c_K c_D (3 - 2 lambda^2), for "
-        "lambda of 0.9 and more 1.38 in place of the bracket; tau_T = 1.7 tau_C / sqrt(c_K) for "
-        "passing through; c_D = 0.35 + 0.93 d^-0.2; lambda: speed over the rated one, for which "
-        "the operating speed is taken. Stresses in N/mm^2, d in mm. It bars the range 16 n / (18 - "
-        "lambda) to (18 - lambda) n / 16 about the speed n of largest use, and what exceeds its "
-        "limit beyond that; a table of the case bars what exceeds it.",
+        "Allowed stress by the rule: tau_C = (sigma_B + 160) / 18 c_K c_D (3 - 2 lambda^2), with "
+        "1.38 instead of the bracket for lambda >= 0.9; tau_T = 1.7 tau_C / sqrt(c_K) for "
+        "passage; c_D = 0.35 + 0.93 d^-0.2; lambda: speed / rated speed (the operating speed). "
+        "Stresses in N/mm^2, d in mm. Barred range: 16 n / (18 - lambda) to (18 - lambda) n / 16 "
+        "about the speed n of highest utilisation, extended to wherever the limit is exceeded; "
+        "by a table of the case: only where the limit is exceeded.",
     ),
 )
 
@@ -302,7 +302,7 @@ def _load(value: float) -> str:
 
 def _endless(value: float) -> str:
     """A load, which a damping of nothing lets grow without end."""
-    return _load(value) if np.isfinite(value) else "no bound"
+    return _load(value) if np.isfinite(value) else "unbounded"
 
 
 def _by_limit(
@@ -339,7 +339,7 @@ def _held(record: Record) -> tuple[Quantity, np.ndarray] | None:
 _BASIS: tuple[_Column, ...] = (
     ("basis/diameter", "diameter\nmm", "mm", _plain),
     ("basis/tensile_strength", "sigma_B\nN/mm^2", "N/mm^2", _plain),
-    ("basis/counted_strength", "as counted\nN/mm^2", "N/mm^2", _plain),
+    ("basis/counted_strength", "as used\nN/mm^2", "N/mm^2", _plain),
     ("basis/design_factor", "c_K", "", _plain),
     ("basis/size_factor", "c_D", "", _plain),
     ("basis/rated_speed", "rated speed\nrpm", "", turns),
@@ -385,7 +385,7 @@ def uses_by_section(result: Result) -> list[str]:
         listed = "; ".join(f"{i + 1}: {rule_of(given[i]).name}" for i in some)
         words = f"Half ranges of the {name} in {unit}. Limit {listed}."
         if any(given[i].get("rule") for i in some):
-            words += " A rule is informative here: the society's current text counts."
+            words += " Rules are informative: the class society's current edition applies."
         blocks.append([*_by_limit(record, held[0], there, columns), *paragraph(words)])
     return stacked(*blocks)
 
@@ -404,7 +404,7 @@ def crank_places(result: Result) -> list[str]:
     """Acceptability of each place of the throws that the rule for crankshafts is held against."""
     record = result.record
     for strength in every(record, "limit/crank", "limit section crank_place", "fatigue_strength"):
-        words = "Crankshafts by IACS UR M53: Q = sigma_DW / sigma_v is to be 1.15 at least."
+        words = "Crankshafts by IACS UR M53: Q = sigma_DW / sigma_v must be at least 1.15."
         lines = _by_limit(record, strength, strength.values > 0.0, _CRANK)
         return [*paragraph(words), *lines]
     return []
@@ -650,10 +650,10 @@ def _of_gears(result: Result) -> Iterator[Verdict]:
             parts = np.any(quantity.values[place]) or (quantity is loud and low < -off)
             state = BROKEN if parts else KEPT
             yield Verdict(
-                quantity.path, {"gear": name}, "sign of the torque of the teeth", 0.0, None,
+                quantity.path, {"gear": name}, "sign of the tooth torque", 0.0, None,
                 read(unit) if np.isfinite(low) else "", factor * low, f"gear={name}",
                 Estimate(factor * off, 0.0), factor * low, state, element=name,
-                limit=f"no reversal of the torque, {words}", status="informative",
+                limit=f"no torque reversal, {words}", status="informative",
                 speed=np.nan if speed is None else speed,
             )  # fmt: skip
 
@@ -694,6 +694,6 @@ def _separated(result: Result) -> Iterator[Verdict]:
             f"{stem}/sufficient", where, f"{rule.rule.name}, {rule.rule.edition}", required, None,
             "%", away, "", Estimate(100.0 * margin.error_estimate, 0.0), away - required,
             KEPT if enough.values[i, k] else BROKEN, element=f"{named[i]} mode",
-            limit=f"distance from order {order_text(order.values[i, k])}",
+            limit=f"margin to order {order_text(order.values[i, k])}",
             status=rule.rule.status, speed=speed_of(result) or np.nan,
         )  # fmt: skip

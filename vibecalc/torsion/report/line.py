@@ -433,21 +433,21 @@ def _damping(torsion: Mapping[str, Any]) -> list[tuple[str, str]]:
         words = f"Rayleigh, {words} in modes no. {', '.join(map(str, model.get('modes') or ()))}"
     else:
         words = f"ratios of the modes: {words}"
-    return [("damping", f"{words}; not that of shafts and dampers")]
+    return [("damping", f"{words}; replaces that of shafts and dampers")]
 
 
 def _loads(result: Result, line: "ShaftLineModel") -> str:
     factor, unit = torque_unit(result.record)
-    words = f"mean torque taken up at {line.station_names[line.load_station]!r}"
+    words = f"mean torque balanced at {line.station_names[line.load_station]!r}"
     taken = [
         f"{short(factor * torque)} {unit} at {line.station_names[place]!r}"
-        + " (over the speed by a table)" * bool(len(law.entry))
-        + f" (speed to the power {law.exponent:g})" * bool(law.exponent)
+        + " (speed table)" * bool(len(law.entry))
+        + f" (~ speed^{law.exponent:g})" * bool(law.exponent)
         for place, torque, law in zip(
             line.taken_station, line.taken_torque, line.taken_laws, strict=True
         )
     ]
-    return words + (f", besides {joined(taken)}" if taken else "")
+    return words + (f", absorbed: {joined(taken)}" if taken else "")
 
 
 def _parts(line: "ShaftLineModel") -> list[str]:
@@ -482,7 +482,7 @@ def _parts(line: "ShaftLineModel") -> list[str]:
         power = " w^2" if one.kind == "pendulum" else ""
         rows.append([one.name, kind, "", _some(one.inertia), _some(1e-3 * one.stiffness) + power,
                      _some(one.damping), loss.get(one.name, ""), ""])  # fmt: skip
-    words = "Actual values, not referred; stiffness and damping of a station: to the frame."
+    words = "Actual values (not referred); stiffness and damping of stations: to the frame."
     return [*table(columns, together(rows)), *paragraph(words)]
 
 
@@ -566,9 +566,9 @@ def _sizes(one: Mapping[str, Any], factor: float, unit: str) -> str:
 
 def _law(one: Mapping[str, Any]) -> str:
     if one.get("over_speed"):
-        return ", over speed by its table"
+        return ", speed table"
     power = one.get("exponent") or 0.0
-    return f" at the operating speed, with speed to the power {power:g}" if power else ""
+    return f" at the operating speed, ~ speed^{power:g}" if power else ""
 
 
 def _list(numbers: Any) -> str:
@@ -605,8 +605,8 @@ def torsion_damping(result: Result) -> Section | None:
             rows.append([name, words, *values])
     columns = Column("part"), Column("damping"), number("N m s/rad"), number("loss\nfactor")
     words = (
-        "Values at the operating speed, actual, not referred. T is the mean torque that the load "
-        "takes, n its speed in rpm, w in rad/s; J the inertia of the station."
+        "Values at the operating speed, actual (not referred). T: mean torque of the load, n: its "
+        "speed in rpm, w: in rad/s; J: inertia of the station."
     )
     return titled(result, "Damping", [*table(columns, together(rows)), *paragraph(words)])
 
@@ -652,7 +652,7 @@ def _of_propeller(load: Mapping[str, Any]) -> str:
 def _of_shaft(given: Mapping[str, Any]) -> str:
     laws = {
         "damping": "viscous",
-        "damping_ratio": "ratio {} of its two neighbours",
+        "damping_ratio": "damping ratio {} with both adjacent inertias",
         "magnifier": "magnifier {}",
         "lehr_ratio": "Lehr's ratio {}",
         "loss_factor": "loss factor",
@@ -665,9 +665,9 @@ def _over(given: Mapping[str, Any] | None) -> str:
     """How it follows the speed."""
     if not given:
         return ""
-    whose = "own speed" if given.get("of") == "own" else "speed"
+    whose = "shaft speed" if given.get("of") == "own" else "speed"
     if given.get("exponent") is not None:
-        return f", {whose}^{given['exponent']:g} from {turns(given['reference'])} rpm"
+        return f", ~ {whose}^{given['exponent']:g}, reference {turns(given['reference'])} rpm"
     factor, speed = (given["table"][key] for key in ("factor", "speed"))
     ends = f"{turns(speed[0])} to {turns(speed[-1])} rpm"
     return f", times {short(factor[0])} to {short(factor[-1])} over {ends} {whose}".replace(

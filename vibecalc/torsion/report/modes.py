@@ -38,8 +38,7 @@ _MOST = 40
 #: modes whose shapes are tabled in a calculation; of the largest angle, what is on a node
 _SHAPES, _NODE = 4, 1e-9
 _PENDULUMS = (
-    "All at the operating speed: the field that pendulums swing in grows with the speed, "
-    "and with it these natural frequencies."
+    "Natural frequencies at the operating speed; with centrifugal pendulums they rise with speed."
 )
 
 
@@ -105,12 +104,12 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
          _seat(record, i)]
         for i, cells in zip(chosen, near, strict=True)
     ]  # fmt: skip
-    words = "no.: in result files, where rigid and overdamped modes count."
+    words = "no.: number in result files, with rigid and overdamped modes."
     if any(map(any, near)):
-        words += " Margin: from the nearest order at the operating speed."
+        words += " Margin: to the nearest order at the operating speed."
     line = line_of(result)
     if known[chosen[0]].endswith("-node") and line and any(one.stiffness for one in line.dampers):
-        words += " Nodes in springs of dampers count."
+        words += " Nodes in damper springs are counted."
     if more := int(np.count_nonzero(natural.values)) - len(chosen):
         words += f" {many(more, 'higher mode')}: `--full`."
     return [*table(columns, rows), *paragraph(words)]
@@ -150,30 +149,30 @@ def _frequencies(result: Result) -> list[str]:
 
 
 _DAMPED = (
-    "Natural frequency: magnitude |s| of the pole of the line with all its damping, since how much "
-    "of a damper's ring goes along depends on the frequency. Undamped: rings of the dampers free."
+    "Natural frequency: magnitude |s| of the damped pole, since the effective inertia of a damper "
+    "ring depends on frequency. Undamped: with free damper rings."
 )
 
 
 def _frequency_words(result: Result, twice: bool, ratio: Quantity | None) -> str:
     line, words = line_of(result), _DAMPED
     if MODES + "undamped_frequency" not in result.record:
-        words = "Natural frequencies of the line without damping, by eigenvalues"
-        words += " and by transfer matrix with mode count." if twice else "."
+        words = "Undamped natural frequencies, from the eigenvalue problem"
+        words += " and from the transfer matrix with mode count." if twice else "."
     if twice and line is not None and not is_chain(line):
         words += (
-            " This line branches: its eigenvalues are found by the same mode count, so that the "
-            "second column repeats the first and is no check of it."
+            " Branched line: both columns come from the same mode count, so they do not check "
+            "each other."
         )
     if ratio is not None and asked(result).get("damping_model"):
         return words + " Damping ratio: by the damping model of the case."
     if ratio is None or not np.any(ratio.values):
         return words
-    words += " Damping ratio: of the pole, -Re s / |s|"
+    words += " Damping ratio: -Re s / |s| of the pole"
     if line is not None and np.any(line.line.loss_factor):
         words += (
-            "; a loss factor counts as its equivalent viscous dashpot, stiffness times factor over "
-            "the frequency, at the frequency of each mode"
+            "; loss factors as equivalent viscous damping, stiffness x loss factor / frequency, at "
+            "the frequency of each mode"
         )
     return words + "."
 
@@ -185,11 +184,11 @@ def _separation(result: Result) -> list[str]:
     rows = [[name, *cells] for name, cells in near if any(cells)]
     if not margins.kinds or not rows:
         return []
-    words = f"Margins to the orders over {range_words(result)}; inside: the critical lies in it."
+    words = f"Margins to the orders over {range_words(result)}; inside: critical in the range."
     if margins.rule is not None:
         rule, asks = margins.rule.rule, _asks(margins.rule.margin)
-        words += f" {rule.name} asks {asks}, and nothing of other orders; it is "
-        words += f"for {rule.scope.split(':')[0]}, and informative here."
+        words += f" {rule.name} requires {asks}, nothing for other orders; it "
+        words += f"applies to {rule.scope.split(':')[0]} and is informative here."
     return [*paragraph(words), *table([Column("mode"), *margins.columns], rows)]
 
 
@@ -218,13 +217,13 @@ def _bare(result: Result) -> list[str]:
     if natural is None:
         return []
     listed = ", ".join(show(hertz(value)) for value in natural[:12] if value > 0.0)
-    return paragraph(f"Without its dampers the line has {listed} Hz.")
+    return paragraph(f"Natural frequencies without dampers: {listed} Hz.")
 
 
 def holzer_or_shapes(result: Result) -> list[str]:
     """What a mode looks like, in tables."""
-    words = "No Holzer tables: the line is too long for them, or has a loop. "
-    words += "Mode shapes instead, angles of the stations, each on its own shaft:"
+    words = "No Holzer tables: the line is too long or has a loop. "
+    words += "Mode shapes instead, actual angles of the stations (not referred):"
     return holzer(result) or shapes(result, elastic_modes(result), words)
 
 
@@ -258,9 +257,9 @@ def node_table(result: Result) -> list[str]:
     listed = "; ".join(
         f"{known[i]}: {joined(found) or 'none'}" for i, found in zip(modes, nodes, strict=True)
     )
-    rings = " Rings of dampers are not counted here." if line.dampers else ""
+    rings = " Damper rings are not counted." if line.dampers else ""
     lines = shapes(
-        result, modes, "Mode shapes: angles of the stations, each on its own shaft.", titles,
+        result, modes, "Mode shapes: actual angles of the stations (not referred).", titles,
         [["nodes", *(str(len(found)) for found in nodes)]],
     )  # fmt: skip
     return [*lines, *paragraph(f"Nodes lie in: {listed}.{rings}")]
@@ -333,13 +332,13 @@ def _modes_without_table(result: Result, shown: list[int]) -> list[str]:
     left, top = np.setdiff1d(np.flatnonzero(natural > 0.0), shown), highest_frequency(result)
     lines = list[str]()
     for modes, why in (
-        (left[natural[left] <= top], "only the lowest have, for want of room"),
-        (left[natural[left] > top], "no order of the case reaches so high within the speeds"),
+        (left[natural[left] <= top], "only the lowest are printed"),
+        (left[natural[left] > top], "above the highest excitation frequency"),
     ):
-        what = "Mode {} has" if len(modes) == 1 else "Modes {} have"
+        what = "Mode {}" if len(modes) == 1 else "Modes {}"
         which = what.format(joined(str(i + 1) for i in modes))
         which = f"Undamped {which.lower()}" if _differs(result.record) else which
-        words = f"{which} no Holzer table here ({why}): in the result file."
+        words = f"{which} ({why}): Holzer tables in the result file only."
         lines += paragraph(words) if len(modes) else []
     return lines
 
@@ -369,7 +368,7 @@ def _holzer_table(result: Result, line: "Line", angle: Quantity, mode: int) -> l
     name = mode_names(result, undamped=True)[mode]
     words = f"Holzer table of {'undamped ' * differs}mode {mode + 1} ({name}), "
     words += f"{show(hertz(natural))} Hz = {show(rpm(natural))} cpm"
-    words += ", rings of dampers free" * differs + ", referred to the crankshaft"
+    words += ", damper rings free" * differs + ", referred to the crankshaft"
     if residual is not None:
         scale = 1.0 if torque is None else float(np.max(magnitudes(torque)[mode], initial=0.0))
         share = residual[mode] / scale if scale > 0.0 else 0.0
@@ -379,7 +378,7 @@ def _holzer_table(result: Result, line: "Line", angle: Quantity, mode: int) -> l
     joints = [
         f"{named[i]} joins {named[below[i]]}" for i in range(len(below) - 1) if below[i] != i + 1
     ]
-    words = f"Branches: {', '.join(joints)}; a sum goes on where its branch joins."
+    words = f"Branches: {', '.join(joints)}; torque sums continue at the junction."
     return lines + (paragraph(words) if joints else [])
 
 

@@ -72,16 +72,16 @@ def change_in_words(result: Result) -> str:
         "run_down": f"Run-down {over}",
         "start": f"Start from rest to {speed('to')}",
         "stop": f"Stop without fuel from {speed('from')}",
-        "load_step": f"Step of the load by {size('torque')} N m at {on}",
-        "short_circuit": f"Short circuit at {on}, an air-gap torque that decays from {sines}",
-        "torque_history": f"Torque in time at {on}{_history(change)}",
-        "clutch_in": f"Clutch {change.get('clutch')} takes along what turns at "
-        f"{speed('driven_speed')}, with {size('friction_torque')} N m"
-        + f" reached in {size('engaging_time')} s"
+        "load_step": f"Load step of {size('torque')} N m at {on}",
+        "short_circuit": f"Short circuit at {on}: decaying air-gap torque, initially {sines}",
+        "torque_history": f"Torque history at {on}{_history(change)}",
+        "clutch_in": f"Clutch {change.get('clutch')} engages the part that turns at "
+        f"{speed('driven_speed')}, friction torque {size('friction_torque')} N m"
+        + f", reached in {size('engaging_time')} s"
         * bool(change.get("engaging_time")),
     }.get(kind, f"Cylinder {change.get('cylinder')} stops firing")
     if change.get("acceleration") is not None:
-        words += f" with up to {size('acceleration')} rad/s^2, growing from zero and fading to zero"
+        words += f", acceleration up to {size('acceleration')} rad/s^2, with smooth start and end"
     elif change.get("duration") is not None:
         words += f" in {size('duration')} s"
     return words + "."
@@ -121,19 +121,19 @@ def _most_loaded(record: Record) -> str:
         return ""
     factor, unit = torque_unit(record)
     name = names(record, "transient/peak", "section")[place]
-    words = f"Most loaded is section {name!r}: {show(factor * entries['peak'])} {unit}"
+    words = f"Most loaded section: {name!r}, {show(factor * entries['peak'])} {unit}"
     stress = having(record, TRANSIENT + "peak_stress", "section")
     if stress is not None and name in (known := labels(stress.axes[0])):
         words += f" ({show(1e-6 * float(stress.values[known.index(name)]))} N/mm2)"
     words += f" at {turns(entries['peak_speed'])} rpm"
     if np.isfinite(over := 100.0 * entries.get("overshoot", np.inf)):
         side = "above" if over > 0.0 else "below"
-        words += f"; its half range is {show(abs(over), digits=3)} % {side} the steady one"
+        words += f"; its half range is {show(abs(over), digits=3)} % {side} the steady maximum"
         if "lag" in entries:
             late, error = rpm(entries["lag"]), rpm(record[TRANSIENT + "lag"].error_estimate)
             when = "later" if late > 0.0 else "earlier"
             words += (
-                f" and comes {within(abs(late), error)} rpm {when}"
+                f", reached {within(abs(late), error)} rpm {when}"
                 if abs(late) > error
                 else f", at the same speed within {show(error, digits=2)} rpm"
             )
@@ -154,13 +154,13 @@ def _supplied(record: Record) -> str:
     if whole_ is None:
         return ""
     factor, unit = torque_unit(record)
-    words = f"To change the speed of the line takes up to {show(factor * abs(whole_))} "
+    words = f"The speed change requires up to {show(factor * abs(whole_))} "
     words += f"{unit} at crank speed"
     known = names(record, "angle_half_range", "station")
     if given is not None:
-        station = f"station {known[int(place) - 1]!r}" if known and place else "where the load acts"
+        station = f"station {known[int(place) - 1]!r}" if known and place else "the load station"
         words += f", {show(factor * given)} {unit} of it from {station}"
-    return words + ". It is part of the peaks; the table has them without it, too."
+    return words + ". The peaks include it; the table also lists them without it."
 
 
 def _clutch(record: Record) -> str:
@@ -171,15 +171,15 @@ def _clutch(record: Record) -> str:
     )
     if slip is None or heat is None:
         return ""
-    words = f"The clutch slips for {show(slip)} s and turns {show(1e-3 * heat)} kJ into heat"
+    words = f"The clutch slips for {show(slip)} s and dissipates {show(1e-3 * heat)} kJ"
     if held is None or common is None:
-        return words + "; it does not hold within the time watched."
-    words += f". It holds {show(held)} s after it is engaged, at {show(rpm(common))} rpm of the "
+        return words + "; it does not lock within the simulated time."
+    words += f". It locks {show(held)} s after engagement, at {show(rpm(common))} rpm of the "
     words += "crankshaft"
     if times is not None and times > 1.0:
         words += f"; the vibration makes it slip again {int(times) - 1} times"
     elif use is not None:
-        words += f"; from then on it carries up to {show(100.0 * use, digits=3)} % of its torque"
+        words += f"; then it carries up to {show(100.0 * use, digits=3)} % of its friction torque"
     return words + "."
 
 
@@ -195,15 +195,17 @@ def _sections(record: Record) -> list[str]:
         Cells("steady_after", f"steady after\n{unit}", unit),
         Cells("dynamic_factor", "factor"),
     ]
-    words = "Peaks have the mean in them"
+    words = "Peaks include the mean"
     if passage:
         columns += [
             Cells("peak_half_range", f"half range\n{unit}", unit),
             Cells("steady_half_range", f"steady\n{unit}", unit),
-            Cells("overshoot", "to steady\n%", _over),
-            Cells("lag", "later by\nrpm", _lag, right=True),
+            Cells("overshoot", "vs. steady\n%", _over),
+            Cells("lag", "delay\nrpm", _lag, right=True),
         ]
-        words += "; half range: of one cycle, steady: largest at these speeds"
+        words += (
+            "; half range: of one cycle; steady: maximum at steady speeds; delay: of the maximum"
+        )
     rows = Rows("section", "section", columns, TRANSIENT.rstrip("/"), note=words + ".", acting=True)
     return rows_of(record, rows)[0]
 
@@ -233,8 +235,8 @@ def _counted(record: Record) -> list[str]:
         Cells(f"{stem}/damage_of_all", "Miner,\nall changes"),
     ]
     words = (
-        "Cycles by rainflow, range: crest less trough; equivalent number: of cycles of the largest "
-        "range. Means do not count in the Miner sum; the file has ranges and means in bins."
+        "Rainflow cycles; range: peak-to-peak; equivalent number: cycles of the largest range with "
+        "the same damage. Miner sum without mean stress; ranges and means by bin: result file."
     )
     return rows_of(record, Rows("section", "section", columns, note=words))[0]
 
@@ -250,7 +252,7 @@ _MOST = 8
 
 def torsion_variable(result: Result) -> Section | None:
     """The section of the variable inertia, None if the result has nothing of it."""
-    record, title = result.record, "Inertia that changes over the revolution"
+    record, title = result.record, "Variable inertia"
     blocks = _changes(record), _changed_sections(record), _unstable(record)
     details = {"secondary vibration": (_secondary, _wedges)}
     return titled(result, title, *blocks, details=details, root=_VARIABLE)
@@ -266,7 +268,7 @@ def _changes(record: Record) -> list[str]:
     worst = int(np.argmax(np.abs(change.values)))
     words = (
         f"The inertias vary by up to {_percent(np.max(variation.values))} of their "
-        f"mean over the turn. At the operating speed this changes the half range of the torque by "
+        f"mean. At the operating speed this changes the half range of the torque by "
         f"up to {_percent(change.values[worst])} (section {change.axes[0].values[worst]})"
     )
     over, where = (
@@ -275,7 +277,7 @@ def _changes(record: Record) -> list[str]:
     if over is not None and where is not None:
         most = int(np.argmax(np.abs(over.values)))
         words += (
-            f", over the range of speeds by up to {_percent(over.values[most])} "
+            f", over the speed range by up to {_percent(over.values[most])} "
             f"(section {over.axes[0].values[most]}, {turns(where.values[most])} rpm)"
         )
     growth = record.quantities.get(_VARIABLE + "growth")
@@ -283,7 +285,7 @@ def _changes(record: Record) -> list[str]:
         words += ". The motion at the operating speed is stable"
         if growth.values < 0.0:
             decay = show(-float(growth.values), digits=3)
-            words += f": disturbances decay by {decay} 1/s or faster"
+            words += f": disturbances decay at {decay} 1/s or faster"
     return paragraph(words + ".")
 
 
@@ -308,12 +310,12 @@ def _secondary(result: Result) -> list[str]:
     """The orders to which the variation adds most, and where that comes from."""
     columns = (
         Cells("twist", "added twist\nmrad", "mrad"),
-        Cells("source", "most from\norder", in_short),
+        Cells("source", "mainly from\norder", in_short),
         Cells("share", "share\n%", partial(_uncertain, factor=100.0), right=True),
     )
     words = (
-        "Secondary vibration: what orders feed into each other through the inertias, in the "
-        "section that changes most."
+        "Secondary vibration: orders coupled by the variable inertias, in the section with the "
+        "largest change."
     )
     rows = Rows("order", "order", columns, f"{_VARIABLE}secondary", "{:.4g}", right=True,
                 places=strongest(_MOST), above=words)  # fmt: skip
@@ -329,12 +331,12 @@ def _wedges(result: Result) -> list[str]:
         Cells(modes_named(result, f"{stem}/second_mode"), "and mode"),
         Cells(f"{stem}/speed", "speed\nrpm", partial(_uncertain, factor=rpm(1.0))),
         Cells(f"{stem}/half_width", "half width\nrpm", partial(_uncertain, factor=rpm(1.0))),
-        Cells(f"{stem}/damping_ratio", "prevented by\nratio", _uncertain),
+        Cells(f"{stem}/damping_ratio", "damping ratio\nfor stability", _uncertain),
     )
     words = (
-        "Speeds near which vibration would grow without damping (to first order of the variation, "
-        "with the error of that; below: less than the error), and the damping ratio that prevents "
-        "it; the widest first."
+        "Parametric instability without damping, widest ranges first (first order in the inertia "
+        "variation, with its error; below: less than the error), and the damping ratio that "
+        "prevents it."
     )
     return rows_of(result.record, Rows("wedge", "", columns, above=words))[0]
 
@@ -347,7 +349,7 @@ def _uncertain(value: float, error: float, factor: float = 1.0) -> str:
 def _unstable(record: Record) -> list[str]:
     low = record.quantities.get(_VARIABLE + "unstable/from")
     if low is not None and not np.size(low.values):
-        return paragraph("With the damping of the line, vibration grows at no speed of the range.")
+        return paragraph("With its damping the line is stable over the whole speed range.")
     return by_axis(
         record, "unstable", "unstable range",
         [(f"{_VARIABLE}unstable/{name}", words, unit) for name, words, unit in (
@@ -360,8 +362,8 @@ def _unstable(record: Record) -> list[str]:
 # ----------------------------------------------------------------------------
 
 _MAGNIFIERS = {
-    "damped": "the damping ratio of the case for every mode",
-    "empirical": "no damping, and the empirical magnifier 3.8 / Q^(1/4) on a critical",
+    "damped": "damping ratio of the case for every mode",
+    "empirical": "no damping, empirical magnifier 3.8 / Q^(1/4) at resonance",
     "undamped": "no damping",
 }
 
@@ -373,8 +375,8 @@ def torsion_published(result: Result) -> Section | None:
     kind = _MAGNIFIERS[str(options.get("magnifier", "damped"))]
     words = (
         "One mode at a time, angle 1 at the first station, torque of the operating speed at all "
-        f"speeds, {kind}. Twists at crank angle zero, not peaks: of no shaft, and no basis of a "
-        "design; what the shafts bear stands above."
+        f"speeds, {kind}. Modal twists at crank angle zero: neither peaks nor twists of a "
+        "shaft, not for design; for the loads on the shafts see above."
     )
     scaled, rayleigh = _published_modes(result), list[str]()
     inertia, stiffness = (
@@ -382,8 +384,8 @@ def torsion_published(result: Result) -> Section | None:
     )
     if inertia is not None and stiffness is not None:
         rayleigh = paragraph(
-            f"Rayleigh damping through this ratio at the two lowest elastic modes: "
-            f"{show(inertia)} 1/s of the inertia and {show(stiffness)} s of the stiffness."
+            f"Rayleigh damping for this ratio in the two lowest elastic modes: alpha = "
+            f"{show(inertia)} 1/s (inertia), beta = {show(stiffness)} s (stiffness)."
         )
     details = {"intensities of the modal method": [_intensities]}
     title, lines = "Modal method as published", stacked(paragraph(words), scaled) + rayleigh
@@ -396,8 +398,8 @@ def _published_modes(result: Result) -> list[str]:
         Cells(f"{_PUBLISHED}natural_frequency", "natural\nfrequency\n{unit}", "Hz"),
         Cells(f"{_PUBLISHED}rayleigh_damping_ratio", "damping ratio\nby Rayleigh"),
         Cells(f"{_PUBLISHED}largest_intensity_order", "order of the\nlargest\nintensity", in_short),
-        Cells(f"{_PUBLISHED}largest_twist", "largest twist\non a critical\n{unit}", "mrad"),
-        Cells(f"{_PUBLISHED}largest_twist_order", "of order", in_short),
+        Cells(f"{_PUBLISHED}largest_twist", "largest twist\nat resonance\n{unit}", "mrad"),
+        Cells(f"{_PUBLISHED}largest_twist_order", "order", in_short),
     )
     return rows_of(result.record, Rows("elastic_mode", "", columns))[0]
 
@@ -427,15 +429,15 @@ DESIGN = "damper_design/"
 OBJECTIVES = {"torque": "N*m", "twist": "mrad", "stress": "N/mm^2"}
 _KINDS = {0: "section", 1: "heat", 2: "travel"}
 _CERTIFIED = (
-    "The weighted slopes of these peaks by spring and damper cancel (residual {}): no small change "
-    "lowers them all. That no other minimum is lower rests on a map of the whole range."
+    "Local optimum: the weighted gradients of these peaks cancel (residual {}), so no small change "
+    "lowers all of them. Global optimum: by a map of the whole range only."
 )
 
 
 def damper_design(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     blocks = _compared(result), _sensitivity(result.record), _rings(result)
-    details = {"proof of the optimum": (_proof, _basins)}
+    details = {"check of the optimum": (_proof, _basins)}
     return titled(result, "Design of the damper", *blocks, details=details, root=DESIGN)
 
 
@@ -463,17 +465,17 @@ def _compared(result: Result) -> list[str]:
     given = table_of(result.case, "damper_design", "compare")
     rows = []
     for title, key, unit in (
-        ("inertia of the ring", "inertia", "kg*m^2"),
+        ("ring inertia", "inertia", "kg*m^2"),
         ("stiffness", "stiffness", "kN*m/rad"),
         ("damping", "damping", "N*m*s/rad"),
-        ("natural frequency of the ring, station held", "natural_frequency", "Hz"),
-        ("damping ratio of the ring, station held", "damping_ratio", ""),
+        ("ring natural frequency, station fixed", "natural_frequency", "Hz"),
+        ("ring damping ratio, station fixed", "damping_ratio", ""),
         (f"largest {name}, half range", f"worst_{name}", _unit(record, name)),
         ("  at", "worst_speed", "rpm"),
-        ("  times the optimum", "gain", ""),
-        ("heat in the damper, mean", "heat", "W"),
+        ("  ratio to the optimum", "gain", ""),
+        ("mean heat in the damper", "heat", "W"),
         ("  at", "heat_speed", "rpm"),
-        ("travel of the ring, peak", "travel", "mrad"),
+        ("ring travel, peak", "travel", "mrad"),
         ("  at", "travel_speed", "rpm"),
     ):
         quantity = record.quantities.get(DESIGN + key)
@@ -489,7 +491,7 @@ def _compared(result: Result) -> list[str]:
     held, speed = _held(record), having(record, DESIGN + "active/speed", "active")
     if held is not None and speed is not None:
         both = zip(held.values, speed.values, strict=True)
-        words = f"The optimum is held by {joined(f'{of} at {turns(w)} rpm' for of, w in both)}."
+        words = f"Decisive at the optimum: {joined(f'{of} at {turns(w)} rpm' for of, w in both)}."
     else:
         place = scalar_of(record, DESIGN + "worst_section")
         section = "-" if place is None else _section_name(record, place)
@@ -497,7 +499,7 @@ def _compared(result: Result) -> list[str]:
     pull = having(record, DESIGN + "bound_sensitivity", "design_value")
     if pull is not None and np.any(pull.values):
         bounds = ", ".join(str(name) for name in pull.axes[0].values[pull.values != 0.0])
-        words += f" It stands on a bound: {bounds}."
+        words += f" At the end of its allowed range: {bounds}."
     return [*table(columns, rows), *paragraph(words)]
 
 
@@ -514,7 +516,7 @@ def _held(record: Record) -> Quantity | None:
 
 
 _ACTIVE = Rows("active", "", (
-    Cells(_held, "held by"),
+    Cells(_held, "decisive"),
     Cells("speed", "at, rpm", in_turns),
     Cells("level", "level"),
     Cells("weight", "weight"),
@@ -531,7 +533,7 @@ def _proof(result: Result) -> list[str]:
 
 
 def _sensitivity(record: Record) -> list[str]:
-    above = "Largest half range with other springs and damping, against the optimum:"
+    above = "Increase of the largest half range with other stiffness and damping:"
     cells = Cells(_increases, "damping\ntimes {}", right=True)
     rows = Rows("stiffness_factor", "stiffness times", [cells], label="{:g}", above=above)
     return rows_of(record, rows)[0]
@@ -563,5 +565,5 @@ def _basins(result: Result) -> list[str]:
     if worst is None or len(worst.values) < 2:
         return []
     apart = show(100.0 * (float(np.max(worst.values)) - 1.0), digits=2)
-    words = f"{len(worst.values)} descents from the minima of the map ended within {apart} % of "
+    words = f"{len(worst.values)} local searches from minima of the map ended within {apart} % of "
     return paragraph(words + "the best.")

@@ -85,8 +85,8 @@ def _table(
 
 def _sections(record: Record) -> list[str]:
     unit = torque_unit(record)[1]
-    words = "Torque, stress, twist: half ranges. Peak: with the mean. Bound: sum of all orders' "
-    words += "amplitudes."
+    words = "Torque, stress, twist: half ranges. Peak: mean included. Bound: sum of the "
+    words += "amplitudes of all orders."
     half = having(record, TORSION + "angle_half_range", "station")
     if half is not None:
         top = int(np.argmax(half.values))
@@ -111,7 +111,7 @@ def _orders(result: Result) -> list[str]:
     angle = vector(record, "excitation/firing_angle", "cylinder")
     since = "crank angle zero" if angle is None else (
         f"the firing of cylinder {first[int(np.argmin(angle))]!r}")  # fmt: skip
-    more = f"; the strongest {_ORDERS} of {count}" if count > _ORDERS else ""
+    more = f"; {_ORDERS} strongest of {count}" if count > _ORDERS else ""
     of: tuple[tuple[str, str, How], ...] = (
         (torque, f"torque\n{unit}", unit),
         (torque, "phase\ndeg", show_phase),
@@ -122,7 +122,7 @@ def _orders(result: Result) -> list[str]:
     columns = [Cells(row_of(path, name), head, how) for path, head, how in of]
     return rows_of(record, Rows(
         "order", "order", columns, label="{:.4g}", right=True, places=strongest(_ORDERS),
-        above=f"Orders in section {name!r}, 0-to-peak, phase from {since}{more}:",
+        above=f"Orders in section {name!r}, 0-to-peak, phase relative to {since}{more}:",
     ))[0]  # fmt: skip
 
 
@@ -132,7 +132,7 @@ def _stations(result: Result) -> list[str]:
         *(Cells(f"angle_{name}", f"{words}\n{unit}", unit)
           for name, words in of for unit in ("mrad", "deg")),
         Cells("station_heat", "heat\nW", "W"),
-    ], above="Angles of the stations against steady rotation, all orders together:")  # fmt: skip
+    ], above="Station angles relative to uniform rotation, all orders:")  # fmt: skip
 
 
 def _dampers(record: Record) -> list[str]:
@@ -149,7 +149,7 @@ def _dampers(record: Record) -> list[str]:
     return _table(record, "damper", columns)
 
 
-_TEETH = ("  stay in contact", "  HAMMER: torque reverses")
+_TEETH = ("  in contact", "  HAMMER: torque reverses")
 
 
 def _gears(record: Record) -> list[str]:
@@ -164,7 +164,7 @@ def _gears(record: Record) -> list[str]:
     return _table(record, "gear", [
         *(Cells(f"gear/{name}_torque", f"{words}\n{unit}", unit) for name, words in of),
         Cells(teeth, "  teeth"),
-    ], "Torque on the first wheel; minimum: in the sense of the mean, negative: teeth part."
+    ], "Torque on the first wheel; minimum in the direction of the mean, negative: hammer."
     )  # fmt: skip
 
 
@@ -176,13 +176,13 @@ def _balance(result: Result) -> list[str]:
         return []
     factor, unit = torque_unit(record)
     torque, power = factor * float(rest.values), record[f"{PowerBalance.ROOT}/rest_power"].values
-    does = "takes" if torque >= 0.0 else "has to GIVE"
-    words = f"Own shafts. Station '{line.station_names[line.load_station]}' {does} what is left: "
+    does = "absorbs" if torque >= 0.0 else "has to SUPPLY"
+    words = f"Not referred. Station '{line.station_names[line.load_station]}' {does} the balance: "
     words += f"{show(abs(torque))} {unit}, {show(1e-3 * abs(float(power)))} kW."
     share = record.quantities.get(f"{PowerBalance.ROOT}/load_share")
     if share is not None and np.isfinite(share.values):
-        words += f" The loads take {show(100.0 * float(share.values))} % of the indicated "
-        words += "power, MORE THAN ALL of it." if share.values > 1.01 else "power."
+        words += f" The loads absorb {show(100.0 * float(share.values))} % of the indicated "
+        words += "power, MORE THAN THE ENGINE DELIVERS." if share.values > 1.01 else "power."
     columns = [
         Cells(path, f"{name}\n{{unit}}", how)
         for path, name, how in zip(
@@ -190,7 +190,7 @@ def _balance(result: Result) -> list[str]:
             2 * (unit, "kW"), strict=False,
         )
     ]  # fmt: skip
-    title = "mean torque and power, of each"
+    title = "mean torque and power, each"
     rows = Rows("station", title, columns, places=_not_zero, merge=True, note=words)
     return rows_of(record, rows)[0]
 
@@ -226,7 +226,7 @@ def _worst(result: Result) -> list[str]:
         Cells("reduction", "ratio"),
         Cells("largest/speed", "at\nrpm", in_turns),
         Cells(meetings(result, f"{TORSION}largest"), "mode, order"),
-    ], "Largest half ranges; no mode and order: at an end of the range, or of several orders."
+    ], "Largest half ranges; no mode, order: at an end of the range, or from several orders."
     )  # fmt: skip
 
 
@@ -239,9 +239,9 @@ def _peaks(result: Result) -> list[str]:
         Cells(meetings(result, stem), "mode, order"),
     )
     words = (
-        "Peaks over the speed of the section with most torque and, where it is another, of the "
-        f"most stressed one, the highest {_MOST}; mode and order: of the nearest critical whose "
-        "order peaks there:"
+        "Peaks over the speed range in the section with the largest torque and, if different, the "
+        f"largest stress ({_MOST} highest); mode, order: nearest critical speed of the order that "
+        "peaks:"
     )
     return rows_of(result.record, Rows("peak", "", columns, places=strongest(_MOST, 1),
                                        above=words))[0]  # fmt: skip
@@ -260,7 +260,7 @@ def _masked(result: Result) -> list[str]:
         words.append(f"{start}{f' to {stop}' * (start != stop)} rpm{f' ({met})' * bool(met)}")
     more = len(words) - _NAMED
     listed = words[:_NAMED] + [f"{more} more ranges"] * (more > 0)
-    return paragraph(f"Nothing damps the line at {joined(listed)}: vibration is unbounded there.")
+    return paragraph(f"No damping at {joined(listed)}: the vibration is unbounded there.")
 
 
 # ----------------------------------------------------------------------------
@@ -272,8 +272,8 @@ _STRONGEST, _POINTS = 6, 40
 #: what is read in other units than those of results
 _READ = {"stress": "N/mm^2", "twist": "mrad", "angle": "mrad"}
 _AMPLITUDES = (
-    "Amplitudes of single orders, the largest over the speeds; sum of orders: half range of "
-    "all of them with their phases at the speeds of the curves."
+    "Single orders: largest amplitude (0-to-peak) over the speed range. Sum of orders: half range "
+    "of all orders with their phases, at the speeds of the curves."
 )
 
 
@@ -298,7 +298,7 @@ def torsion_curves(result: Result) -> Section | None:
     if not tables:
         return None
     tables[-1] += paragraph(_AMPLITUDES)
-    title = f"Curves of orders, {range_words(result)}"
+    title = f"Order curves, {range_words(result)}"
     return titled(result, title, *tables, _measured(record))
 
 
@@ -390,9 +390,9 @@ _IRREGULARITY = Rows(
         Cells(_largest_along(f"{_ALL}/irregularity", "condition", named=True), "at speed in"),
     ),
     root=f"{TORSION}irregularity",
-    note="Cyclic irregularity: highest less lowest angular speed of the station over its mean, "
-    "within a cycle; turning of the whole line and vibration together. Electrical angle: half "
-    "range of the vibration times the pole pairs.",
+    note="Cyclic irregularity: (maximum - minimum) / mean angular speed of the station within a "
+    "cycle, rigid-body motion and vibration together. Electrical angle: half range of the "
+    "vibration times the number of pole pairs.",
 )
 
 
@@ -413,15 +413,15 @@ def torsion_conditions(result: Result) -> Section | None:
         Cells(row_of(torque, 0), "all fire\n{unit}", unit),
         Cells(_largest_along(torque, "condition"), "worst\n{unit}", unit),
         Cells(_largest_along(stress, "condition"), "stress\n{unit}", "N/mm^2"),
-        Cells(_largest_along(torque, "condition", named=True), "at speed in"),
+        Cells(_largest_along(torque, "condition", named=True), "condition"),
         Cells(f"{largest}/torque_half_range", "largest\n{unit}", unit),
         Cells(f"{largest}/stress_half_range", "stress\n{unit}", "N/mm^2"),
         Cells(f"{largest}/section_speed", "at\n{unit}", "rpm"),
         Cells(named_at(f"{largest}/section_condition", torque), "condition"),
     )
     words = (
-        f"Half ranges in the worst of {len(record[torque].axes[0].values)} conditions of the "
-        "cylinders, at the operating speed and at any speed of the range."
+        f"Half ranges in the worst of {len(record[torque].axes[0].values)} cylinder "
+        "conditions, at the operating speed and over the speed range."
     )
     title = "Misfire and imbalance: the worst condition of each section"
     blocks = [rows_of(record, one)[0]
@@ -446,7 +446,7 @@ _USES = Rows(
     ),
     root=f"{_ALL}/limit",
     places=_highest,
-    note="Load over that allowed in continuous operation.",
+    note="Utilisation: load / load allowed in continuous operation.",
 )
 
 
@@ -460,7 +460,7 @@ def _every(result: Result) -> list[str]:
         Cells(_largest_along(torque, "section", named=True), "in section"),
         Cells(_largest_along(f"{_ALL}/stress_half_range", "section"), "stress\n{unit}", "N/mm^2"),
         Cells(_largest_along(angle, "station"), "angle\n{unit}", "mrad"),
-        Cells(_largest_along(angle, "station", named=True), "of station"),
+        Cells(_largest_along(angle, "station", named=True), "at station"),
     )
     words = "The largest half range of each condition at the operating speed:"
     return rows_of(result.record, Rows("condition", "condition", columns, above=words))[0]
