@@ -31,8 +31,8 @@ def bearing_loads(result: Result) -> Section | None:
     of = Rows("cylinder", "piston of", thrust, SideThrust.ROOT, digits=5, merge=True)
     blocks.append(rows_of(record, of))
     words = paragraph(
-        "main bearings: each bay of the crankshaft on two supports, bending over several bearings "
-        "and clearances left out; directions count in the sense of rotation, from the stroke or, "
-        "of crank pins, from the throw; pressures are loads over diameter times length"
+        "main bearings: each crankshaft bay simply supported at its two bearings, without "
+        "clearances; directions in the sense of rotation from the stroke axis, for crank pins from "
+        "the throw; pressure: load / (diameter x length)"
     )
     return section("Loads on bearings", [together(*blocks, words)], shown=shown)
