@@ -225,7 +225,7 @@ def test_load_deflection_stands_for_the_stiffness_along_its_axis() -> None:
     static = {"dynamic_to_static": 1.2, "load_deflection": CURVE}
     given = in_the_middle(stiffness=[2e5, 2e5, 4e5], static=static)
     (said,) = machine_warnings(validate(given))
-    assert "load_deflection says the stiffness along its axis" in said and "'1', '2'" in said
+    assert "load_deflection sets the stiffness along its axis" in said and "'1', '2'" in said
     without = in_the_middle(stiffness=[2e5, 2e5, 0.0], static=static)
     assert machine_warnings(validate(without)) == []
     first, second = ran(given), ran(without)

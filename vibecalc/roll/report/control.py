@@ -76,9 +76,7 @@ def margin_words(record: Record, below: str) -> list[tuple[str, str]]:
     )
     width, through = value("bandwidth"), value("feedthrough")
     wide = "unbounded" if math.isinf(width) else f"{show(hertz(width), digits=4)} Hz"
-    bears = (
-        f"gain crossover {wide}, gain {show(through, digits=4)} at high frequency; rate of change "
-    )
+    bears = f"crossover {wide}, gain {show(through, digits=4)} at high frequency; rate of change "
     rate = value("command_rate")
     bears += f"of the synchronous speed up to {show(rate, digits=4)} rad/s^2, "
     bears += f"motor torque up to {show(value('torque_peak'), digits=4)} N*m"
