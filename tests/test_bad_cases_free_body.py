@@ -60,5 +60,5 @@ def test_a_run_up_through_an_undamped_resonance_has_no_largest_energy(tmp_path: 
     asked = "response.run_up={from=20.0, to=40.0}"
     (loaded,) = load_checked([path], [asked])
     words = " ".join(render_report(execute(loaded), full=True).split())
-    assert "kinetic, mean over a turn without bound" in words
+    assert "kinetic, mean over a turn unbounded" in words
     assert "speeds left out: an order on an undamped natural frequency" in words

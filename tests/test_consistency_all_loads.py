@@ -66,7 +66,7 @@ def test_what_pitch_leaves_out_has_a_size() -> None:
 
 
 def test_gas_that_only_loads_the_bearings_is_said() -> None:
-    words = "the gas does not turn the body on its mounts"
+    words = "the gas torque does not act on the body on its mounts"
     bearings = (
         '[isolation]\nmodel = "rigid_body"\n',
         '[isolation]\nmodel = "rigid_body"\n[bearing_loads]\nmain_bearings = '
@@ -128,7 +128,7 @@ def test_energies_at_a_speed_of_the_run_up_are_those_of_that_speed(machine: str)
 
 
 def test_operations_say_that_they_are_of_the_shaking_alone() -> None:
-    words = "[response] has operations and the change between them of the shaking alone"
+    words = "[response] operations and switching contain the shaking alone"
     operations = 'operations = [{ name = "all", working = ["1", "2", "3"] }]\n'
     asked = mounted(SEPARATE.replace(ISOLATED, f"[response]\n{operations}"))
     assert sum(one.startswith(words) for one in machine_warnings(asked)) == 1

@@ -94,7 +94,7 @@ def test_a_sweep_over_a_damper_is_its_single_runs(
     assert outcome.code == 0, outcome.err
     with open_sweep("line.h5") as found:
         for path in KEEP:
-            values = found.quantities[path].values
+            values = found.read(path)
             for row, damping in enumerate((20.0, 30.0, 60.0)):
                 assert np.array_equal(values[row], alone(damping)[path].values), path
 

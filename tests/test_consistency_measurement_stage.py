@@ -174,7 +174,7 @@ def test_five_levels_alone_leave_two_motions_and_say_what_would_help(tmp_path: P
     record = run(tmp_path, named_levels(FIVE))
     assert record["measurement/fit/decided"].values.tolist() == [0]
     (warning,) = record.warnings
-    assert "the levels leave 2 motions" in warning and "nothing read can tell them apart" in warning
+    assert "the levels leave 2 motions" in warning and "no reading can distinguish them" in warning
     names = record["measurement/further/difference"].axes[0].values
     assert str(names[0]).removeprefix("1: ") in warning
     level = record["measurement/candidate/level"]

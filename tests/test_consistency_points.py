@@ -250,7 +250,7 @@ def test_the_report_says_the_zone_and_what_is_outside_the_band() -> None:
     assert section is not None
     words = " ".join(" ".join(section.lines).split())
     # 12.5 Hz to 100 Hz at 1500 rpm
-    assert "r.m.s. of those from 15 to 58 Hz" in words
+    assert "r.m.s. of orders from 15 to 58 Hz" in words
     assert "Orders 0.5, 2.5, 3, 3.5, 4 outside the band" in words
     assert "Zones by our own (informative)" in words and "velocity 5.000, 10.00 mm/s" in words
     (row,) = (row for row in headline_rows(result.record) if row.path == "points/velocity_rms")

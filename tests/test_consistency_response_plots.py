@@ -75,7 +75,7 @@ def test_switching_shows_envelope_energy_and_speed() -> None:
     made = figure(result, "switching")
     grid = np.array(made.axes).reshape(4, 2)
     assert [axes.get_title(loc="left") for axes in grid[0]] == [
-        "change through rest", "change at once"
+        "change via standstill", "change at once"
     ]  # fmt: skip
     assert grid[0, 0].get_ylabel() == "displacement\nin \u00b5m"
     stem = "response/switching/reversal"
@@ -120,7 +120,7 @@ def test_dominance_marks_the_order_from_which_impacts_lead() -> None:
     drawn = lines(axes)
     assert {"inertia force of the piston", "axial force of the motor"} <= set(drawn)
     assert axes.get_yscale() == "log"
-    assert "these lead nowhere" in words(axes)
+    assert "impacts nowhere dominant" in words(axes)
     added = result.record["response/impact/added_force"].values
     np.testing.assert_allclose(drawn["impacts add, clearance 0.0381 mm"].get_ydata(), added[1])
     marks = {round(float(path.vertices[0, 0]), 6) for line in axes.collections

@@ -47,7 +47,7 @@ def test_rows_of_unstable_pairs_have_no_levels() -> None:
 
 def test_an_unstable_loop_is_not_praised() -> None:
     text = section(result_of(record_of(gain=10.0, acceleration_feedback=10.0)))
-    assert "UNSTABLE: its amplitudes have no bound" in " ".join(text.split())
+    assert "UNSTABLE: amplitudes unbounded" in " ".join(text.split())
     assert "unbounded" in text and "grows" in text
 
 

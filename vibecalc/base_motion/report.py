@@ -33,7 +33,7 @@ _TURNS = (
 )
 #: a line for each harmonic: lengths along all axes
 _LARGEST = [Cells(reduced(f"{HARMONIC}/{name}", np.max), head, unit)
-            for name, head, unit in (*_LINEAR, ("rotation", "turning mrad", "mrad"))]  # fmt: skip
+            for name, head, unit in (*_LINEAR, ("rotation", "rotation mrad", "mrad"))]  # fmt: skip
 _FREQUENCY = Cells("frequency", "Hz", "Hz")
 _BY_HARMONIC = Rows("base_harmonic", "harmonic", (_FREQUENCY, *_LARGEST), HARMONIC)
 
@@ -46,14 +46,14 @@ def _at_random(motions: Sequence[tuple[str, str, str]], label: str) -> Rows:
 _PEAKS = Cells("deflection_peak", "{} mm", "mm"), Cells("mount_force_peak", "{} N")
 _RANDOM = (_at_random(_LINEAR, "{}"), _at_random(_TURNS, "r{}"),
            Rows("mount", "mount, peak", _PEAKS, SPECTRUM))  # fmt: skip
-_AT_ONCE = "peaks as if all harmonics were at their largest at once: they have no common period"
+_AT_ONCE = "peaks: all harmonics in phase (they have no common period)"
 _OF_ALL = (Cells("deflection_peak", "deflection peak mm", "mm"),
            Cells("mount_force_peak", "force peak N", note=_AT_ONCE))  # fmt: skip
 _SUMS = Rows("mount", "mount, all harmonics", _OF_ALL, HARMONIC, merge=True)
 #: what the base does at the points of the case, under harmonics and at random
 _POINTS = Rows(
     "sensor",
-    "point, by the base",
+    "point, by base motion",
     [
         Cells(f"{root}/point_{name}_{kind}", f"{name} {words} {unit}", unit)
         for root, kind, words in ((HARMONIC, "peak", "peak"), (SPECTRUM, "rms", "r.m.s."))
@@ -78,12 +78,12 @@ def _harmonics(record: Record) -> list[str]:
     lines, _ = rows_of(record, _BY_HARMONIC)
     if not lines:
         return []
-    words = "0 to peak, of the axis that moves most; at the reference point of the body"
+    words = "0-to-peak, axis of largest motion, at the reference point of the body"
     below = record.quantities.get(f"{HARMONIC}/foundation_translation")
     if below is not None:
         tops = np.max(magnitudes(below), axis=1)
         moves = (show(1e3 * float(one), 1e3 * below.error_estimate) for one in tops)
-        words += f"; the foundation moves by {', '.join(moves)} mm"
+        words += f"; motion of the foundation {', '.join(moves)} mm"
     return [*lines, *paragraph(words), "", *rows_of(record, _SUMS)[0]]
 
 
@@ -93,7 +93,7 @@ def _spectra(result: Result) -> list[str]:
         return []
     factor = float(str(table_of(result.case, "base_motion").get("peak_factor") or 3.0))
     lines = stacked(*(rows_of(record, one)[0] for one in _RANDOM))
-    return lines + paragraph(f"peaks are {factor:g} times the r.m.s. of what moves at random")
+    return lines + paragraph(f"random peaks: {factor:g} times the r.m.s. value")
 
 
 # ----------------------------------------------------------------------------
@@ -102,11 +102,11 @@ def _spectra(result: Result) -> list[str]:
 
 
 _RATIOS = {
-    "transmissibility": "of the body, in the same direction",
-    "relative_transmissibility": "of the body against the base",
+    "transmissibility": "body / base, same direction",
+    "relative_transmissibility": "(body - base) / base",
 }
 TRANSMISSIBILITY = Curves(
-    "motion of the machine over motion of its base",
+    "transmissibility from the base to the machine",
     tuple(
         Panel(
             name.replace("_", " "),
@@ -137,6 +137,6 @@ def _moving(name: str) -> Source:
 _BODY = Curve(_moving("density"), "body, {}")
 _BASE = Curve(_moving("base_density"), "base, {}", {"linestyle": "--"})
 DENSITY = Curves(
-    "acceleration of base and body by the spectra of the base, in (m/s$^2$)$^2$/Hz",
+    "power spectral density of the acceleration, base and body, in (m/s$^2$)$^2$/Hz",
     (Panel("density", (_BODY, _BASE), log="xy"),),
 )

@@ -28,16 +28,16 @@ class BearingLoad:
     force: Any = q("{bearing} direction crank_angle", "N", "{what}")
     peak: Any = lead("{bearing}", "N", "{load} load, peak", read="kN", about="{what}")
     peak_angle: Any = q(
-        "{bearing}", "rad", "crank angle of the highest", exempt=PLACE, circle=CYCLE
+        "{bearing}", "rad", "crank angle of the peak load", exempt=PLACE, circle=CYCLE
     )
     peak_direction: Any = q(
-        "{bearing}", "rad", "of the highest, from {reference} in the sense of rotation",
+        "{bearing}", "rad", "direction of the peak load, from {reference} in the sense of rotation",
         exempt=PLACE, circle=TURN,
     )  # fmt: skip
     mean: Any = q("{bearing}", "N", "mean magnitude over the cycle")
-    mean_force: Any = q("{bearing} direction", "N", "mean over the cycle, as a vector")
-    peak_pressure: Any = q("{bearing}", "Pa", "highest load over diameter times length")
-    mean_pressure: Any = q("{bearing}", "Pa", "mean load over diameter times length")
+    mean_force: Any = q("{bearing} direction", "N", "mean force vector over the cycle")
+    peak_pressure: Any = q("{bearing}", "Pa", "peak load / (diameter x length)")
+    mean_pressure: Any = q("{bearing}", "Pa", "mean load / (diameter x length)")
 
 
 class MainLoad(BearingLoad):
@@ -77,11 +77,11 @@ class SideThrust:
     ROOT: ClassVar[str] = "bearing_loads/side_thrust"
     force: Any = q(
         "cylinder crank_angle", "N",
-        "of the piston on the cylinder, positive ahead in the sense of rotation",
+        "force of the piston on the cylinder, positive in the sense of rotation",
         curve="side_thrust", name="side thrust",
     )  # fmt: skip
     peak: Any = lead("cylinder", "N", "side thrust of a piston, peak", read="kN")
-    peak_angle: Any = q("cylinder", "rad", "crank angle of it", exempt=PLACE, circle=CYCLE)
+    peak_angle: Any = q("cylinder", "rad", "crank angle of the peak", exempt=PLACE, circle=CYCLE)
 
 
 @dataclass(frozen=True)
@@ -90,11 +90,11 @@ class OverSpeeds:
 
     ROOT: ClassVar[str] = "bearing_loads/speeds"
     main_peak: Any = q(
-        "main_bearing speed", "N", "highest load of a main bearing over the cycle",
+        "main_bearing speed", "N", "peak load of a main bearing over the cycle",
         curve="bearing_loads_over_speed", name="main bearings",
     )  # fmt: skip
     crank_pin_peak: Any = q(
-        "cylinder speed", "N", "highest load of a crank pin over the cycle",
+        "cylinder speed", "N", "peak load of a crank pin over the cycle",
         curve="bearing_loads_over_speed", name="crank pins",
     )  # fmt: skip
 

@@ -24,5 +24,5 @@ def body(result: Result) -> Section | None:
         rows_of(result.record, Rows(*of, columns, OfParts.ROOT, merge=True))
         for of, columns in _TABLES.items()
     ]
-    title = "Body: its parts together, moments about the mass centre"
+    title = "Body assembled from parts: inertia about the mass centre"
     return section(title, [together(*tables)], shown=[f"{OfParts.ROOT}/mass"])

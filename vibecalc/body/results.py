@@ -30,7 +30,7 @@ class OfParts:
 
 AXES = {
     "product": ("", "pair of axes of a product of inertia"),
-    "principal": ("", "principal axis of inertia, least moment first"),
+    "principal": ("", "principal axis of inertia, smallest moment first"),
 }
 NAMES = {"product": ("xy", "xz", "yz")}
 ENTRIES = tuple(entries_of(OfParts))

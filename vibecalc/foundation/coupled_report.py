@@ -28,7 +28,7 @@ _LARGE = loud(1e-3, 12)
 _OF_MODES = (
     Cells("natural_frequency", "Hz", "Hz"),
     Cells("damping_ratio", "damping ratio", ""),
-    Cells("machine_share", "machine %", percent(1), note="%: share of the energy of the mode"),
+    Cells("machine_share", "machine %", percent(1), note="%: share of the modal energy"),
     Cells("machine_share", "foundation %", lambda share, _: f"{100.0 - 100.0 * share:.1f}"),
 )
 _MODES = Rows("coupled_mode", "mode", _OF_MODES, f"{COUPLED}/modes")
@@ -42,7 +42,7 @@ _OF_ORDERS = (
 )
 _BY_ORDER = Rows("order", "order", _OF_ORDERS, COUPLED, label="{:g}",
                  places=lambda found: _LARGE(found[1:]))  # fmt: skip
-_FEET = Rows("mount", "below the mount", (Cells("foot_velocity_rms", "r.m.s. mm/s", "mm/s"),),
+_FEET = Rows("mount", "foundation at mount", (Cells("foot_velocity_rms", "r.m.s. mm/s", "mm/s"),),
              COUPLED, merge=True)  # fmt: skip
 
 
@@ -61,13 +61,13 @@ def coupled(result: Result) -> Section | None:
 
 
 _LOADS = (
-    Cells("ground/{}_rms", "as it is"),
+    Cells("ground/{}_rms", "actual"),
     Cells("ground/{}_efficiency", "efficiency %", percent(2)),
     Cells("rigid/{}_rms", "rigid foundation"),
     Cells("rigid/{}_efficiency", "efficiency %", percent(2)),
 )
-_WORDS = "efficiency: 1 - ratio to the rigidly mounted machine"
-_MASS = "; with flexibilities, the ground is all that their tables stand for, its mass included"
+_WORDS = "efficiency: 1 - load / load of the rigidly mounted machine"
+_MASS = "; flexibility tables count as ground, including their mass"
 
 
 # ----------------------------------------------------------------------------
@@ -77,7 +77,7 @@ _MASS = "; with flexibilities, the ground is all that their tables stand for, it
 
 def _both(ground: Source, rigid: Source, look: Look, bars: bool = False) -> tuple[Curve, Curve]:
     rigidly = Curve(rigid, "on a rigid foundation", look, bars=bars)
-    return Curve(ground, "as it is", bars=bars), rigidly
+    return Curve(ground, "actual foundation", bars=bars), rigidly
 
 
 def _panel(coordinate: str) -> Panel:
@@ -85,7 +85,7 @@ def _panel(coordinate: str) -> Panel:
     ground, rigid = (entry_of(f"{COUPLED}/{name}/transmissibility", place)
                      for name in ("ground", "rigid"))  # fmt: skip
     curves = _both(ground, rigid, {"linestyle": "--"})
-    words = f"load on the ground over a load on the machine, {coordinate}"
+    words = f"load on the ground / load on the machine, {coordinate}"
     return Panel("transmissibility", (*curves, level(lambda _: 1.0)), words, log="xy")
 
 

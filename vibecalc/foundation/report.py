@@ -9,7 +9,7 @@ _COLUMNS = (
     Cells("machine", "machine um", "um"),
     Cells("motion", "foundation um", "um"),
     Cells("ground_force", "force on ground N"),
-    Cells("rigid_force", "on a rigid one N"),
+    Cells("rigid_force", "rigid foundation N"),
 )
 _BY_ORDER = Rows("order", "order", _COLUMNS, UpAndDown.ROOT, right=True, places=first(12))
 
@@ -21,4 +21,4 @@ def foundation(result: Result) -> Section | None:
         return None
     shown = {path for path in record if path.startswith(f"{UpAndDown.ROOT}/")}
     details = {"motion and force of the foundation by order": rows_of(record, _BY_ORDER)}
-    return section("On a foundation that moves", (), details, shown)
+    return section("Flexible foundation", (), details, shown)

@@ -20,13 +20,13 @@ class UpAndDown:
     natural_frequency: Any = q(
         "foundation_mode", "rad/s", "of machine and foundation", headline=_NATURAL
     )
-    machine: Any = q("order", "m", "motion of the machine up and down", PEAK)
-    motion: Any = q("order", "m", "motion of the foundation up and down", PEAK)
-    ground_force: Any = q("order", "N", "force on what carries the foundation", PEAK)
-    rigid_force: Any = q("order", "N", "force on a foundation that does not move", PEAK)
+    machine: Any = q("order", "m", "vertical motion of the machine", PEAK)
+    motion: Any = q("order", "m", "vertical motion of the foundation", PEAK)
+    ground_force: Any = q("order", "N", "force into the ground", PEAK)
+    rigid_force: Any = q("order", "N", "force on a rigid foundation", PEAK)
     motion_peak: Any = lead("", "m", "motion of the foundation, peak", PEAK)
     ground_force_peak: Any = lead("", "N", "force into the ground, peak", PEAK)
-    rigid_force_peak: Any = lead("", "N", "the same on a rigid foundation", PEAK)
+    rigid_force_peak: Any = lead("", "N", "force into the ground, rigid foundation, peak", PEAK)
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class CoupledModes:
         "coupled_mode", "rad/s", "of machine and foundation, undamped", headline=_NATURAL
     )
     damping_ratio: Any = q("coupled_mode", "", "modal damping ratio")
-    machine_share: Any = q("coupled_mode", "", "share of the kinetic energy that is in the machine")
+    machine_share: Any = q("coupled_mode", "", "share of the machine in the kinetic energy")
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class BelowMounts:
     """What the mounts stand on, and what passes through them."""
 
     ROOT: ClassVar[str] = COUPLED
-    foot: Any = q("mount direction order", "m", "motion of what a mount stands on", PEAK)
+    foot: Any = q("mount direction order", "m", "motion of the foundation at a mount", PEAK)
     foot_velocity_rms: Any = lead(
         "mount", "m/s", "velocity of the foundation at a mount, r.m.s.", RMS, read="mm/s"
     )
@@ -64,26 +64,26 @@ class BelowMounts:
 
 def _below(name: str, where: str, better: str) -> Iterator[Entry]:
     """Loads below the mounts; efficiencies stand in the first table unless those at `better` do."""
-    held = "that of the machine held still"
+    held = "that of the rigidly mounted machine"
     for what, unit, about in (("force", "N", ""), ("couple", "N*m", " about the origin")):
         path, words = f"{COUPLED}/{name}/{what}", f"{what} {where}{about}"
         head = Headline(f"{words}, r.m.s.", unit) if what == "force" else None
-        share = Headline(f"isolation of the {what}{about}, r.m.s.", unless=better.format(what))
+        share = Headline(f"isolation efficiency, {what}{about}, r.m.s.", unless=better.format(what))
         yield entry(path, _ORDERS, unit, words, PEAK)
         yield entry(f"{path}_rms", "", unit, f"{words}, all orders", RMS, headline=head)
-        words = f"{words} over {held}"
+        words = f"{words} / {held}"
         yield entry(f"{path}_efficiency", "", "", f"1 - r.m.s. of the {words}", headline=share)
         yield entry(f"{path}_by_order", "order", "", f"1 - {words}")
     yield entry(
         f"{COUPLED}/{name}/transmissibility",
         "coordinate foundation_frequency",
         "",
-        f"load {where} over a load of one size on the machine, both at the reference point",
+        f"load {where} / load on the machine, both at the reference point",
     )
 
 
 AXES = {
-    "foundation_mode": ("", "mode of machine and foundation, up and down, lowest first"),
+    "foundation_mode": ("", "vertical mode of machine and foundation, lowest first"),
     "coupled_mode": ("", "mode of machine and foundation, lowest first"),
     "foundation_frequency": ("Hz", "frequency"),
 }

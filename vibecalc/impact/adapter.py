@@ -165,8 +165,8 @@ def _warn(
         for at in np.flatnonzero(uncertainty > _UNSETTLED * value):
             scene.warn(
                 f"the {words} of impacts with a clearance of {study.clearance[at]:.6g} m has not "
-                f"settled: its standard error is {100.0 * uncertainty[at] / value[at]:.0f} %; more "
-                "members help"
+                f"settled: its standard error is {100.0 * uncertainty[at] / value[at]:.0f} %; use "
+                "more members"
             )
     half, force = study.revolutions // 2, forces.mean[0]
     drift = np.mean(force[:, :, -half:], axis=2) - np.mean(force[:, :, :half], axis=2)
@@ -174,16 +174,16 @@ def _warn(
     mean = found["mean_force"].value
     for at in np.flatnonzero((size > _DRIFT * uncertainty) & (size > _DRIFT_SHARE * mean)):
         scene.warn(
-            f"impacts with a clearance of {study.clearance[at]:.6g} m still remember their start: "
+            f"impacts with a clearance of {study.clearance[at]:.6g} m still depend on their start: "
             f"the mean force moves by {100.0 * size[at] / mean[at]:.1f} % between the halves of "
-            f"the counted revolutions; discard more"
+            f"the evaluated revolutions; discard more"
         )
     if options.method != "event_exact":
         share = float(np.max(errors["mean_force"] / mean))
         scene.warn(
             f"impact forces are those of {options.method} with {options.steps} steps per "
-            f"revolution, whose mean force is off by up to {100.0 * share:.1f} % (standard errors "
-            "counted); contacts, parting and energies are event-exact"
+            f"revolution, whose mean force is off by up to {100.0 * share:.1f} % (with standard "
+            "errors); contacts, parting and energies are event-exact"
         )
 
 

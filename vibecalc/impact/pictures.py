@@ -213,7 +213,7 @@ def _spectrum(i: int, title: str, first: bool, log: bool) -> Panel:
     parts = (
         Curve(low, "5 to 95 % of turns", band, upto=high),
         Curve(mean, "joint force, mean of turns", {"color": COLOURS[0], "marker": ""}),
-        level(average, "its mean over the orders", color=LIMIT),
+        level(average, "mean over the orders", color=LIMIT),
         Curve(_acting("shaking", _FAINT), "inertia force", _INERTIA),
     )
     ends = _window if log else _linear
@@ -278,10 +278,10 @@ def _leads(plot: Plot, chosen: list[int]) -> Ends:
         order, height = int(leads.values[i]), top * 30.0 ** (0.92 - 0.23 * row)
         if order > 0:
             plot.axes.vlines(order, 0.0, height, color=COLOURS[row], linestyle=":", linewidth=1.2)
-        words = f"these lead from order {order}" if order > 0 else "these lead nowhere"
+        words = f"impacts dominant from order {order}" if order > 0 else "impacts nowhere dominant"
         note(plot.axes, words, (max(order, 1), height), (5, 0), color=COLOURS[row], va="center",
              bbox=PLATE)  # fmt: skip
     return 0.3 * low, 30.0 * top
 
 
-DOMINANCE = Curves("forces against order: which one leads", _leading, high=4.5, names=2)
+DOMINANCE = Curves("forces by order: the dominant one", _leading, high=4.5, names=2)

@@ -19,13 +19,12 @@ _NOTES = (
     ("average_amplitude", "spectrum mean: amplitude of the joint force, mean over the orders"),
     ("mean_force", "+-: standard error of the mean, from the scatter of the runs"),
     ("dominant_from",
-     "dominant from: from that order to the last, what impacts add to the inertia force on "
-     "the body is the largest"),
+     "dominant from: order from which the force added by impacts is the largest on "
+     "the body"),
     ("parting",
-     "turns to diverge: of two runs that start almost alike (>: longer than the run); "
-     "Lyapunov exponent: growth of the logarithm of their distance in a turn; so only "
-     "statistics are results"),
-    ("energy_residual", "energy error: imbalance over the energy exchanged"),
+     "turns to diverge: two nearly equal starts (>: longer than the run); "
+     "Lyapunov exponent: per turn; the motion is chaotic, so only statistics are results"),
+    ("energy_residual", "energy error: imbalance / energy exchanged"),
 )  # fmt: skip
 
 
@@ -39,7 +38,7 @@ def impact(result: Result) -> Section | None:
     counts = rows_of(record, Rows("clearance", "", _counts(result), _ROOT, note=words))
     blocks: list[Part] = [rows_of(record, _FORCES), counts, _method(result)]
     details: dict[str, Part] = {
-        "largest force by order": _leaders(record),
+        "dominant force by order": _leaders(record),
         "other joints": _other_joints(record),
         "first contacts": rows_of(record, _FIRST),
     }
@@ -96,7 +95,7 @@ def _counts(result: Result) -> tuple[Cells, ...]:
         Cells(_play, "wrist pin play mm"),
         Cells("impacts", "impacts/turn"),
         Cells("contact_share", "in contact %", "%"),
-        Cells("dissipated", "lost/turn J"),
+        Cells("dissipated", "loss/turn J"),
         Cells("parting", "turns to diverge", until, right=True),
         Cells("divergence", "Lyapunov exponent"),
         Cells("dominant_from", "dominant from", _from_order, right=True),
@@ -123,7 +122,7 @@ def _leaders(record: Record) -> list[str]:
         [clearance, *(ranges(orders, row == i) for i in range(len(names)))]
         for clearance, row in zip(_clearances(quantity), quantity.values, strict=True)
     ]
-    return table([Column("largest at orders, play mm"), *map(Column, names)], rows)
+    return table([Column("dominant at orders, play mm"), *map(Column, names)], rows)
 
 
 def ranges(orders: np.ndarray, chosen: np.ndarray) -> str:
@@ -152,7 +151,7 @@ def _other_joints(record: Record) -> list[str]:
                               for one in (force, count))  # fmt: skip
             rows.append([words, clearance, size, spread, contacts])
     heads = ("wrist pin play mm", "mean force N", "+-", "impacts per turn")
-    return table([Column("also at the"), *map(number, heads)], rows)
+    return table([Column("other joint"), *map(number, heads)], rows)
 
 
 def _contacts(record: Record) -> Quantity | None:
@@ -175,12 +174,12 @@ def _method(result: Result) -> list[str]:
     if not options:
         return []
     method = str(options.get("method", "event_exact"))
-    words = "closed form between exact contacts"
+    words = "event-exact, closed form between contacts"
     if method != "event_exact":
         words = f"{method.replace('_', ' ')}, {options.get('steps')} steps per turn"
     if {"members", "revolutions", "discard"} <= options.keys():
-        words += f"; {options['members']} runs of {options['revolutions']} turns that count, after "
-        words += f"{options['discard']} to forget the start"
+        words += f"; {options['members']} runs of {options['revolutions']} turns evaluated, after "
+        words += f"{options['discard']} discarded"
     if options.get("pressure"):
         words += f"; gas pushes the piston {str(options['pressure']).replace('_', ' ')}"
     return paragraph(f"method: {words}; {_mass_words(result)}")
@@ -189,7 +188,7 @@ def _method(result: Result) -> list[str]:
 def _mass_words(result: Result) -> str:
     """Which mass the play sets free."""
     if not table_of(result.case, "machine", "crank_train", "rod"):
-        return "beyond the wrist pin's play is all the reciprocating mass of the case"
+        return "free mass: all the reciprocating mass of the case"
     crank_pin = table_of(result.case, "machine", "joints", "crank_pin")
     rod = "is a mass between two gaps" if crank_pin else "moves with the crank"
-    return f"beyond the wrist pin's play are piston and pin, the rod's reciprocating share {rod}"
+    return f"free mass: piston and pin; the rod's reciprocating share {rod}"

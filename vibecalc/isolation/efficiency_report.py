@@ -37,10 +37,10 @@ def isolation_efficiency(result: Result) -> Section | None:
     overall = by_name(record, "on the ground", _OVERALL, _COLUMNS, ByDirection.ROOT)[0]
     each = Rows("coordinate", "r.m.s. along, about", _BY_DIRECTION, ByDirection.ROOT, across=True)
     lines = stacked(overall, rows_of(record, each)[0]) + paragraph(
-        "Efficiency: 1 - ratio of the load on the ground to that of the rigidly mounted machine; "
-        "negative: the mounts amplify."
+        "Efficiency: 1 - load on the ground / load of the rigidly mounted machine; negative: "
+        "amplification."
     )
-    details = {f"isolation of the {word} by order": rows_of(record, _by_order(root))
+    details = {f"isolation efficiency by order, {word}": rows_of(record, _by_order(root))
                for word, root in _ROOTS.items()}  # fmt: skip
     return section("Isolation efficiency", [(lines, shown)], details)
 
@@ -106,7 +106,7 @@ def _panel(path: str, word: str) -> Panel:
 
 def _ratio(turning: bool) -> Panel:
     of = of_freedoms(f"{ByDirection.ROOT}/transmissibility", turning)
-    words = f"load on the ground over the load, {'about' if turning else 'along'} axes"
+    words = f"load on the ground / load on the body, {'about' if turning else 'along'} axes"
     return Panel("transmissibility", (Curve(of, "{}"), level(lambda _: 1.0)), words, log="xy")
 
 

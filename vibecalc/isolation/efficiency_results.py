@@ -7,8 +7,8 @@ from vibecalc.core.results.described import lead, q
 from vibecalc.core.results.record import PEAK, RMS, SPECTRUM
 
 _ORDERS = "order coordinate"
-_HELD = "{what}{about} that the rigidly mounted body would send into the ground"
-_GROUND = "{what}{about} of all mounts on the ground"
+_HELD = "{what}{about} on the ground, rigidly mounted"
+_GROUND = "{what}{about} on the ground, on mounts"
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,11 @@ class OfVector:
     ground: Any = q(_ORDERS, "{unit}", _GROUND, PEAK)
     ground_rms: Any = q("", "{unit}", f"{_GROUND}, over the cycle", RMS)
     ground_peak: Any = q("", "{unit}", f"{_GROUND}, largest over the cycle", PEAK)
-    by_order: Any = q("order component", "", "1 - {what} on the ground over that held still")
-    rms: Any = lead("", "", "isolation of the {what}, r.m.s.")
-    rms_level: Any = q("", "dB", "held still over on the ground, r.m.s.", exempt=SPECTRUM)
-    peak: Any = q("", "", "the same of the peak of all orders")
-    peak_level: Any = q("", "dB", "held still over on the ground, peak", exempt=SPECTRUM)
+    by_order: Any = q("order component", "", "1 - {what} on the ground / rigidly mounted")
+    rms: Any = lead("", "", "isolation efficiency, {what}, r.m.s.")
+    rms_level: Any = q("", "dB", "rigidly mounted / on mounts, r.m.s.", exempt=SPECTRUM)
+    peak: Any = q("", "", "isolation efficiency, {what}, peak of all orders")
+    peak_level: Any = q("", "dB", "rigidly mounted / on mounts, peak", exempt=SPECTRUM)
 
 
 class OfForces(OfVector):
@@ -49,4 +49,4 @@ class ByDirection:
 
     ROOT: ClassVar[str] = "isolation/efficiency"
     by_direction: Any = q("coordinate", "", "efficiency of the r.m.s. in each direction")
-    transmissibility: Any = q("coordinate frequency", "", "load on the ground over load")
+    transmissibility: Any = q("coordinate frequency", "", "load on the ground / load on the body")

@@ -18,14 +18,14 @@ from vibecalc.isolation.mount_results import (
 )
 
 _COLUMNS: tuple[Sequence[Cells | str], ...] = (
-    (*AT_REST[:3], Cells(AT_REST[3], note="along the axis of the mount that carries; stiffness: "
-                         "dynamic, about the rest, with stops that it stands on")),
+    (*AT_REST[:3], Cells(AT_REST[3], note="along the load axis of the mount; stiffness: "
+                         "dynamic, about the rest position, stops in contact included")),
     [Cells(path, blank=True) for path in (*OF_STOPS, *MOVING, *OF_RUN_UP)],
 )  # fmt: skip
 _OVER_ORDERS = Rows(
     "order", "order",
     (Cells(BY_ORDER[0], "stiffness {} kN/mm", "kN/mm"), Cells(BY_ORDER[1], "loss factor {}")),
-    label="{:g}", places=first(4), rest=others("the other {left} orders are in the result file"),
+    label="{:g}", places=first(4), rest=others("{left} more orders in the result file"),
 )  # fmt: skip
 
 
@@ -35,7 +35,7 @@ def mounts(result: Result) -> Section | None:
     shown = {path for path in record if path.startswith(f"{OfMounts.ROOT}/")}
     tables = [Rows("mount", "mount", columns, merge=True) for columns in _COLUMNS]
     lines = [rows_of(record, one) for one in (*tables, _OVER_ORDERS)]
-    return section("Mounts: load, stiffness in use, clearance", lines, shown=shown)
+    return section("Mounts: static load, stiffness, clearance", lines, shown=shown)
 
 
 def stop_verdicts(result: Result) -> Iterator[Verdict]:

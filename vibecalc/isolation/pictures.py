@@ -109,7 +109,7 @@ ENGINE_MOUNTS = Curves(
         Panel("couple", (Curve(_couple, look={"color": TOTAL}), level(_MEAN, "mean couple {}")),
               "couple on the body about the crankshaft", unit="N*m", needs=(_loads,)),
         Panel("load", (Curve(_loads, "mount {}", most=99),),
-              "load on each mount about its mean: torque and shaking, downwards", unit="N"),
+              "dynamic load on each mount, torque and shaking, downwards", unit="N"),
     ),
     high=3.05,
     names=3,
@@ -148,7 +148,7 @@ def _levels(result: Result) -> str:
 
 
 def _isolates(plot: Plot) -> None:
-    words = "isolates beyond $\\sqrt{2}$"
+    words = "isolation above $\\sqrt{2}$"
     plot.axes.axvline(np.sqrt(2.0), color=QUIET, linestyle=":", linewidth=1.2, label=words)
 
 
@@ -205,10 +205,10 @@ def _run_up(path: str, label: str, look: Look) -> Panel:
 
 
 RUN_UP = Curves(
-    "run-up: largest force over the cycle",
+    "run-up: peak force over the cycle",
     (
         _run_up("isolation/couple_over_lever", "pitch couple / lever", {"color": TOTAL}),
-        _run_up("isolation/support_force", "one support on the ground", {}),
+        _run_up("isolation/support_force", "mount", {}),
     ),
 )
 
@@ -241,9 +241,7 @@ def _shares(result: Result) -> Quantity | None:
 def _modal_words(result: Result) -> str:
     share = result.record["isolation/modes/energy_fraction"].values
     alone = bool(np.all(np.abs(share).max(axis=1) > _ALONE))
-    return "modes on the mounts: " + (
-        "each in one coordinate alone" if alone else "shares of energy"
-    )
+    return "modes on the mounts: " + ("uncoupled" if alone else "shares of energy")
 
 
 MODAL_ENERGY = Curves(
@@ -278,7 +276,7 @@ def draw_mode_shapes(result: Result) -> "Figure | None":
         return None
     length = np.sign(np.real(shape.values)) * np.sqrt(np.abs(share.values))
     rows = -(-len(length) // 3)
-    figure = canvas(result, "modes of the body; arrows by their share of energy", 1.2 + 2.6 * rows)
+    figure = canvas(result, "modes of the body; arrows scaled by energy share", 1.2 + 2.6 * rows)
     for i, (vector, name) in enumerate(zip(length, _modes(natural), strict=True)):
         axes = figure.add_subplot(rows, 3, i + 1, projection="3d")
         _mode(axes, vector)
@@ -295,8 +293,8 @@ def _mode(axes: Any, vector: np.ndarray) -> None:
     along, about = vector[:3], vector[3:]
     moved = Rotation.from_rotvec(_ANGLE * about).apply(_BOX) + _ASIDE * along
     look: dict[str, Any] = {"linewidth": 2.2, "zorder": 5}
-    axes.quiver(0, 0, 0, *(_ARROW * along), color=COLOURS[0], label="moves along", **look)
-    words = "turns about (right-handed)"
+    axes.quiver(0, 0, 0, *(_ARROW * along), color=COLOURS[0], label="translation", **look)
+    words = "rotation (right-handed)"
     axes.quiver(0, 0, 0, *(_ARROW * about), color=COLOURS[1], label=words, **look)
     axes.plot(*_BOX.T, color="#b0b0b0", linewidth=0.9, label="at rest")
     axes.plot(*moved.T, color="#444444", linewidth=1.4, label="displaced, exaggerated")
@@ -326,10 +324,10 @@ def _rests(plot: Plot) -> None:
 _DOTS = {"marker": "o", "markersize": 3.5}
 _BY_ORDER = "at the frequency of each order"
 MOUNTS = Curves(
-    "mounts: load at rest, stiffness in use",
+    "mounts: static load and stiffness",
     (
         Panel("load", (Curve(AT_REST[4], "{each}"), _rests),
-              "static load over compression along the axis, dots: at rest"),
+              "static load against compression along the axis; dots: at rest"),
         Panel("stiffness", (Curve(BY_ORDER[0], "{each}", _DOTS),), f"dynamic stiffness {_BY_ORDER}",
               unit="kN/mm"),
         Panel("loss factor", (Curve(BY_ORDER[1], look=_DOTS),), f"loss factor {_BY_ORDER}"),

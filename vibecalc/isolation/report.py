@@ -46,16 +46,16 @@ _MODES = Rows(
         Cells("modes/natural_frequency", "Hz", "Hz"),
         Cells("modes/natural_frequency", "rpm", "rpm"),
         Cells("modes/damping_ratio", "damping ratio"),
-        Cells("modes/energy_fraction", "{} %", percent(2), "%: share of the energy of the mode"),
+        Cells("modes/energy_fraction", "{} %", percent(2), "%: share of the modal energy"),
         "torque_reaction/nearest_order",
-        Cells("torque_reaction/margin", "f / f_n", over_natural, "nearest: of the orders of the "
-              "torque that drive the mode, 0: none; f / f_n: its frequency over that of the mode"),
+        Cells("torque_reaction/margin", "f / f_n", over_natural, "nearest: of the torque orders "
+              "that excite the mode, 0: none; f / f_n: its frequency / natural frequency"),
     ),
     root="isolation",
 )  # fmt: skip
 _SUPPORTS = Rows(
     "mount", "mount", (*paths_of(SupportForce), *paths_of(SupportDisplacement)), merge=True,
-    note="loads: over the cycle, with weight and mean torque; a negative one pulls the mount",
+    note="loads: extremes over the cycle with weight and mean torque; negative: tension",
 )  # fmt: skip
 _LEVELS = (
     "transmissibility",
@@ -91,13 +91,13 @@ def _highest(found: Found) -> np.ndarray:
 
 
 _AT_END = Cells(f"{RunUpMaxima.ROOT}/at_end", "end", lambda end, _: "end" * int(end),
-                note="end: the curve goes on beyond the range")  # fmt: skip
+                note="end: maximum at an end of the speed range")  # fmt: skip
 _MOUNT = named_at(f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static")
 _MAXIMA = Rows(
     "maximum", "", (Cells(_MOUNT, "mount"), *paths_of(RunUpMaxima)[1:-1], _AT_END), merge=True,
-    note="order: the largest there, with its share of the peak of all; bending order: that which "
-    "bends the curve, with the mode nearest to its frequency",
-    places=_highest, rest=others("the other {left} are lower, and in the file"),
+    note="order: dominant at the maximum, with its share of the peak; bending order: the order in "
+    "resonance, with the mode nearest to its frequency",
+    places=_highest, rest=others("{left} lower maxima in the result file"),
 )  # fmt: skip
 
 
@@ -110,17 +110,16 @@ def run_up_maxima(result: Result) -> Section | None:
 # A machine on its mounts under the torque of its cylinders: couple, supports, modes met.
 # ----------------------------------------------------------------------------
 
-_BY = "the reaction to the {} of all cylinders, of gas and inertia, acts on the body"
-_SEPARATE = f"The driven machine stands elsewhere: {_BY.format('torque')}, with its mean."
+_BY = "the reaction to the {} of all cylinders (gas and inertia) acts on the body"
+_SEPARATE = f"The driven machine is not on the body: {_BY.format('torque')}, mean included."
 _ON_BODY = (
-    "The driven machine stands on the body, and its stator follows no pulsation: "
-    f"{_BY.format('alternating torque')}. The stator gives the mean back."
+    "The driven machine is on the body, its stator torque is constant: "
+    f"{_BY.format('alternating torque')}. The stator balances the mean torque."
 )
-_ROTOR = " That is the share that turns the rotor: what moves with the pistons takes the rest."
+_ROTOR = " Only the share that accelerates the rotor acts; the reciprocating masses take the rest."
 _LINE = (
-    "All of the shaft line stands on the body, under a load that does not alternate: the body "
-    "takes the reaction to the change of its angular momentum. "
-    "The stator gives the mean torque back."
+    "The whole shaft line is on the body, its load torque is constant: the body takes the "
+    "reaction to the rate of change of its angular momentum. The stator balances the mean torque."
 )
 
 
@@ -135,7 +134,7 @@ _ORDERS = Rows(
     rest=others(OTHERS),
 )  # fmt: skip
 _BY_CAUSE = (Cells("isolation/support_force/by_cause", "{} N"),)
-_ALONE = "peaks over the cycle by each cause alone: they do not add up to that of all"
+_ALONE = "peak over the cycle for each cause alone; the peaks do not add"
 _CAUSES = Rows("mount", "mount", _BY_CAUSE, note=_ALONE)
 
 

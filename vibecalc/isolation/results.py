@@ -24,8 +24,8 @@ class Pitch:
     damping: Any = named("", "N*m*s/rad", "damping of the mounts, pitch")
     natural_frequency: Any = lead("", "rad/s", "natural frequency, pitch")
     damping_ratio: Any = lead("", "", "damping ratio, pitch")
-    transmissibility: Any = q("order", "", "couple on the ground over couple")
-    transmissibility_curve: Any = q("frequency_ratio", "", "couple on the ground over couple")
+    transmissibility: Any = q("order", "", "couple on the ground / exciting couple")
+    transmissibility_curve: Any = q("frequency_ratio", "", "couple on the ground / exciting couple")
     angle_harmonics: Any = q("order", "rad", "pitch angle", PEAK)
     angle_peak: Any = named("", "rad", "pitch angle at speed, peak", PEAK)
     force_left_out: Any = lead("", "N", "shaking force outside the pitch model, peak", PEAK)
@@ -63,11 +63,11 @@ class LeverForce:
     ROOT: ClassVar[str] = "isolation/couple_over_lever"
     blocked_harmonics: Any = q("order", "N", "pitch couple / lever, rigidly mounted", PEAK)
     blocked_peak: Any = named("", "N", "pitch couple / lever, rigidly mounted, peak", PEAK)
-    steady_harmonics: Any = q("order", "N", "couple through the mounts over lever", PEAK)
+    steady_harmonics: Any = q("order", "N", "couple through the mounts / lever", PEAK)
     steady_peak: Any = lead("", "N", "pitch couple / lever at speed, peak", PEAK)
     run_up: Any = q("speed", "N", "pitch couple / lever at each speed, peak", PEAK)
     run_up_peak: Any = lead("", "N", "pitch couple / lever in the run-up, peak", PEAK)
-    run_up_peak_speed: Any = q("", "rad/s", "crank speed of the largest")
+    run_up_peak_speed: Any = q("", "rad/s", "crank speed at the maximum")
 
 
 @dataclass(frozen=True)
@@ -78,17 +78,17 @@ class SupportForce:
     """
 
     ROOT: ClassVar[str] = "isolation/support_force"
-    static: Any = q("mount", "N", "share of the weight on one support")
+    static: Any = q("mount", "N", "static load of a mount")
     blocked_peak: Any = q("mount", "N", "mount force, rigidly mounted, peak", PEAK)
-    steady_harmonics: Any = q("mount direction order", "N", "dynamic force on a support", PEAK)
+    steady_harmonics: Any = q("mount direction order", "N", "dynamic mount force", PEAK)
     steady_peak: Any = lead("mount", "N", "mount force at speed, peak", PEAK)
     largest_load: Any = q("mount", "N", "largest load: weight, mean torque and dynamic force")
     minimum_load: Any = lead("mount", "N", "minimum load on a mount", **LEAST)
     by_cause: Any = q("mount cause", "N", "mount force by one cause alone, peak", PEAK)
-    mean: Any = q("mount direction", "N", "force of one support on the ground by the mean torque")
+    mean: Any = q("mount direction", "N", "mount force due to the mean torque")
     run_up: Any = q("mount speed", "N", "mount force at each speed, peak", PEAK)
     run_up_peak: Any = lead("mount", "N", "mount force in the run-up, peak", PEAK)
-    run_up_peak_speed: Any = q("mount", "rad/s", "crank speed of the largest")
+    run_up_peak_speed: Any = q("mount", "rad/s", "crank speed at the maximum")
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class SupportDisplacement:
 
     ROOT: ClassVar[str] = "isolation/support_displacement"
     static: Any = lead("mount", "m", "static deflection of a mount")
-    steady_harmonics: Any = q("mount direction order", "m", "displacement at a support", PEAK)
+    steady_harmonics: Any = q("mount direction order", "m", "displacement at a mount", PEAK)
     vertical_peak: Any = lead("mount", "m", "vertical displacement at a mount, peak", PEAK)
     total: Any = lead("mount", "m", "total deflection of a mount, peak", PEAK)
 
@@ -119,15 +119,15 @@ class RunUpMaxima:
     """Local maxima of the forces of supports, by support and speed."""
 
     ROOT: ClassVar[str] = "isolation/run_up/maxima"
-    mount: Any = q("maximum", "", "place of the support among the mounts, from 1")
-    force: Any = q("maximum", "N", "local maximum of the force of a support", PEAK)
+    mount: Any = q("maximum", "", "number of the mount")
+    force: Any = q("maximum", "N", "local maximum of a mount force", PEAK)
     speed: Any = q("maximum", "rad/s", "crank speed of the maximum")
-    order: Any = q("maximum", "", "order that is largest there")
-    order_share: Any = q("maximum", "", "size of that order over the peak of all")
-    bending_order: Any = q("maximum", "", "order in resonance: it bends the curve downwards most")
+    order: Any = q("maximum", "", "dominant order at the maximum")
+    order_share: Any = q("maximum", "", "amplitude of that order / peak of all orders")
+    bending_order: Any = q("maximum", "", "order in resonance, of the largest downward curvature")
     mode: Any = q("maximum", "", "mode nearest to the frequency of that order")
-    frequency_ratio: Any = q("maximum", "", "that frequency over that of the mode")
-    at_end: Any = q("maximum", "", "1 at an end of the range of speeds, else 0")
+    frequency_ratio: Any = q("maximum", "", "frequency of that order / natural frequency")
+    at_end: Any = q("maximum", "", "1 at an end of the speed range, else 0")
 
 
 # ----------------------------------------------------------------------------
@@ -140,11 +140,11 @@ class TorqueReaction:
     """The torque of the cylinders on the body, without mean where what is driven is on the body."""
 
     ROOT: ClassVar[str] = "isolation/torque_reaction"
-    couple: Any = q("order", "N*m", "couple by gas and inertia about the crankshaft", PEAK)
+    couple: Any = q("order", "N*m", "reaction couple about the crankshaft, gas and inertia", PEAK)
     mean_couple: Any = lead("", "N*m", "torque reaction, mean")
-    roll_peak: Any = lead("", "rad", "roll of the body by torque, peak", PEAK, read="mrad")
-    nearest_order: Any = q("mode", "", "nearest half order of those that drive a mode; 0: none")
-    margin: Any = q("mode", "", "frequency of that order over the natural frequency, less 1")
+    roll_peak: Any = lead("", "rad", "body roll due to torque, peak", PEAK, read="mrad")
+    nearest_order: Any = q("mode", "", "nearest order that excites the mode; 0: none")
+    margin: Any = q("mode", "", "frequency of that order / natural frequency - 1")
 
 
 #: of those that are of the torque of the cylinders, where it reaches the mounts
@@ -164,7 +164,7 @@ STEADY = (*paths_of(BodyMotion), *STEADY_AT_SUPPORTS)
 #: axis name -> (unit, long name)
 AXES = {
     "mount": ("", "mount"),
-    "cause": ("", "what acts on the body"),
+    "cause": ("", "excitation of the body"),
     "maximum": ("", "local maximum, by support and speed"),
     "component": ("", "component, or the length of the vector"),
     "frequency": ("Hz", "frequency"),

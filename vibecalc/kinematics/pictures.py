@@ -59,7 +59,7 @@ def _missed(result: Result) -> Quantity | None:
 
 
 def _title(result: Result) -> str:
-    rest = ", which are all of it" if _missed(result) is None else ""
+    rest = " (no higher ones)" if _missed(result) is None else ""
     return f"piston acceleration and its first two harmonics{rest}"
 
 

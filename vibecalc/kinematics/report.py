@@ -57,4 +57,4 @@ def _extremes(record: Record) -> tuple[list[str], set[str]]:
         rows.append([*cells, unit])
         shown.add(path)
     heads = map(number, ("minimum", "at deg", "maximum", "at deg"))
-    return table(("over one turn, as sampled", *heads, "unit"), rows), shown
+    return table(("extremes over a turn, sampled", *heads, "unit"), rows), shown

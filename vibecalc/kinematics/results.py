@@ -17,7 +17,7 @@ class OfPiston:
         "order", "m/s^2", "harmonics of piston acceleration at operating speed", PEAK
     )
     dropped_acceleration: Any = q(
-        "", "m/s^2", "sum of the acceleration that the chosen series or order leaves out", PEAK
+        "", "m/s^2", "acceleration neglected by the chosen series or order", PEAK
     )
     position: Any = q("crank_angle", "m", "piston position from the crank axis")
     velocity: Any = q("crank_angle", "m/s", "piston velocity")
@@ -29,9 +29,9 @@ class OfCylinders:
     """Motion of each piston of a train with slave rods."""
 
     ROOT: ClassVar[str] = "kinematics/cylinder"
-    stroke: Any = q("cylinder", "m", "way of the piston between its dead centres")
-    top_dead_centre: Any = q("cylinder", "rad", "crank angle of it", exempt=PLACE, circle=TURN)
-    bottom_dead_centre: Any = q("cylinder", "rad", "crank angle of it", exempt=PLACE, circle=TURN)
+    stroke: Any = q("cylinder", "m", "stroke of the piston")
+    top_dead_centre: Any = q("cylinder", "rad", "its crank angle", exempt=PLACE, circle=TURN)
+    bottom_dead_centre: Any = q("cylinder", "rad", "its crank angle", exempt=PLACE, circle=TURN)
     position_harmonics: Any = q(
         "cylinder order", "m", "harmonics of the piston's position over the crank angle", PEAK
     )

@@ -315,41 +315,41 @@ def warn_of(scene: Scene, one: HarmonicMotion, further: FurtherReading | None) -
     if level is None:
         if misfit > _SCATTER:
             scene.warn(
-                f"{begin} the readings scatter {misfit:.2g} times as much as they are said to, and "
-                "uncertainties have grown with it: the plate bends, an accelerometer is off, or "
-                "level_uncertainty and phase_uncertainty are to be stated"
+                f"{begin} the readings scatter {misfit:.2g} times as much as stated, and "
+                "uncertainties are scaled up: the plate bends, an accelerometer is off, or "
+                "level_uncertainty and phase_uncertainty are missing"
             )
         return
     if level.clipped:
         least = misfit * max(read.half_width for read in one.harmonic.solving)
         scene.warn(
-            f"{begin} no rigid plate has just these levels; one has levels that are off by "
-            f"{least:.2g} dB or more, within the rounding, with two of its signals in line"
+            f"{begin} no rigid plate has exactly these levels; the nearest differs by "
+            f"{least:.2g} dB or more, within the rounding, with two of its signals in phase"
         )
     elif misfit > 1.0:
         scene.warn(
-            f"{begin} no motion lies within the rounding of all its levels, the one taken misses "
-            f"one by {np.max(np.abs(level.residual)):.2g} dB: the plate bends, or an accelerometer "
-            "is off"
+            f"{begin} no motion lies within the rounding of all its levels, the selected one "
+            f"misses one by {np.max(np.abs(level.residual)):.2g} dB: the plate bends, or an "
+            "accelerometer is off"
         )
     count = len(one.candidates)
     if one.folded:
         scene.warn(
-            f"{begin} within the rounding of its levels signals come into line: the "
-            f"{'two motions are' if count > 1 else 'motion stands for'} one family, the bounds of "
-            "levels hold for all of it, and of phases there are none"
+            f"{begin} within the rounding of its levels signals come into phase: the "
+            f"{'two motions are' if count > 1 else 'motion stands for'} one family; the bounds of "
+            "levels cover all of it, phases have none"
         )
     if one.decided or count < 2:
         return
-    words = "the readings that choose do not" if one.chosen_by_others else "nothing read can"
+    words = "the selecting readings do not" if one.chosen_by_others else "no reading can"
     taken = "the nearer one" if one.chosen_by_others else "the first"
     hint = ""
     if further is not None:
         first, other = further.levels.value
-        hint = f"; reading {further.name} would: {first:.1f} dB with the one, {other:.1f} dB with "
+        hint = f"; reading {further.name} would: {first:.1f} dB for one, {other:.1f} dB for "
         hint += "the next"
     scene.warn(
-        f"{begin} the levels leave {count} motions, and {words} tell them apart; {taken} is taken"
+        f"{begin} the levels leave {count} motions, and {words} distinguish them; {taken} is used"
         f"{hint}"
     )
 

@@ -46,7 +46,7 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     rows = -(-len(orders) // columns)
     figure = canvas(
         result,
-        f"levels at the positions; parts {_DEPTH:g} dB below all of them are not drawn",
+        f"levels at the positions; parts more than {_DEPTH:g} dB below are not drawn",
         3.0 * rows + 3,
     )
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[1.25] * rows + [0.8])
@@ -138,7 +138,7 @@ def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
     if pitch is not None:
         series.append((pitch, "pitch, from readings", COLOURS[4], "o"))
     if model is not None:
-        series.append((model, "roll, of the machine's model", COLOURS[0], "D"))
+        series.append((model, "roll, machine model", COLOURS[0], "D"))
     place = orders
     for quantity, words, colour, mark in series:
         values = np.asarray(quantity.values, dtype=float)
@@ -241,7 +241,7 @@ def _mark(axes: "Axes", result: Result, quiet: tuple[float, float] | None) -> No
             bbox=PLATE)  # fmt: skip
     if quiet is not None:
         axes.plot([1e3 * quiet[0]], [1e3 * quiet[1]], "*", ms=13, color=LIMIT, mec="white",
-                  clip_on=False, ls="none", label="quietest place")  # fmt: skip
+                  clip_on=False, ls="none", label="quietest point")  # fmt: skip
 
 
 def _quiet(record: Record, place: int | None) -> tuple[float, float] | None:

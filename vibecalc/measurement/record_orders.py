@@ -127,18 +127,18 @@ def _warn(scene: Scene, table: Measurement) -> None:
         mean = float(np.mean(found.speeds)) * 30.0 / np.pi
         if abs(found.speed_correction) > _CORRECTED:
             scene.warn(
-                f"{record.file}: the phases of its blocks turn evenly against the speed as given; "
-                f"it is corrected by {100.0 * found.speed_correction:+.4g} %, to {mean:.6g} rpm"
+                f"{record.file}: the phases of its blocks drift steadily at the given speed, "
+                f"which is corrected by {100.0 * found.speed_correction:+.4g} %, to {mean:.6g} rpm"
             )
         late = np.degrees(np.sqrt(np.mean(np.square(found.disc_pattern))))
         if late and record.disc is None:
             scene.warn(
                 f"{record.file}: its pulses have a pattern of {late:.2g} deg that repeats each "
-                "turn. It is taken for that of the disc, and +- has in it what it would be as "
-                "torsional vibration of the shaft: say disc = 'uneven' or 'even'"
+                "turn. It is ascribed to the disc; +- includes its effect as torsional vibration "
+                "of the shaft: set disc = 'uneven' or 'even'"
             )
         if found.unsteady:
             scene.warn(
                 f"{record.file}: {found.unsteady}, as in a run-up through a resonance: means of "
-                "such blocks are no vibration at one speed; the blocks stand over their speed"
+                "such blocks are no vibration at one speed; see the blocks against their speed"
             )

@@ -62,16 +62,16 @@ def readings(record: Record) -> list[str]:
     residual = having(record, f"{_STEM}reading/residual", "reading")
     if residual is not None:
         met, count = int(np.sum(np.abs(residual.values) <= _MET)), len(residual.values)
-        words = f"{met} of {count} levels are met exactly; the motion was found from them"
+        words = f"{met} of {count} levels are reproduced exactly: the motion is solved from them"
         lines += paragraph(words) if met else []
     signals = having(record, _STEM + "signal/residual", "signal")
     if signals is None:
         return lines
     worst = int(np.argmax(signals.values))
     return lines + paragraph(
-        f"{len(signals.values)} readings with phases; the one that the motion misses most is "
-        f"{labels(signals.axes[0])[worst]}, by {show(signals.values[worst], digits=3)} times its "
-        "standard uncertainty"
+        f"{len(signals.values)} readings with phases; largest residual: "
+        f"{labels(signals.axes[0])[worst]}, {show(signals.values[worst], digits=3)} standard "
+        "uncertainties"
     )
 
 
@@ -79,7 +79,7 @@ _CANDIDATES = Rows(
     "candidate",
     "motion",
     (
-        Cells("chosen", "", lambda value, _: "taken" if value else ""),
+        Cells("chosen", "", lambda value, _: "selected" if value else ""),
         _of("worst_residual", "residual dB"),
         _of("translation_level", "origin dB"),
         _of("translation_phase", "phase deg", _DEGREES),
@@ -88,8 +88,8 @@ _CANDIDATES = Rows(
     ),
     f"{_STEM}candidate",
     places=first(_MOST),
-    note="named by harmonic and the signs of the phases of roll and pitch; the same with all "
-    "phases turned round has the same levels everywhere",
+    note="named by harmonic and signs of the roll and pitch phases; reversing all phases gives the "
+    "same levels everywhere",
 )
 
 
@@ -103,7 +103,7 @@ def candidates(record: Record) -> list[str]:
         return lines
     pairs = zip(labels(further.axes[0]), further.values.tolist(), strict=True)
     listed = ", ".join(f"{name} ({value:+.1f} dB)" for name, value in pairs)
-    return lines + paragraph(f"the next reading that would tell them apart best: {listed}")
+    return lines + paragraph(f"best further reading to distinguish them: {listed}")
 
 
 # ----------------------------------------------------------------------------
@@ -123,7 +123,7 @@ def measurement(result: Result) -> Section | None:
     details = {
         "levels at every position": _by_order(record, "position", _LEVELS, _MOST_LEVELS),
         "readings and their residuals": readings(record),
-        "motions that the levels leave open": candidates(record),
+        "motions compatible with the levels": candidates(record),
     }
     known = having(record, _STEM + "roll_level", "order") is not None
     motion = rows_of(record, _MOTION)[0] if known else []
@@ -172,8 +172,8 @@ _MOTION = Rows(
     _STEM.rstrip("/"),
     right=True,
     note="dB re reference_level; roll and pitch: dB re angular_reference_level; "
-    "phases to the reference position; +- is the standard uncertainty from the last digits "
-    "read, what is stated next to them and, with phases, the scatter; - where it is open",
+    "phases relative to the reference position; +-: standard uncertainty (resolution, stated "
+    "uncertainty and, with phases, scatter); -: undetermined",
 )  # fmt: skip
 
 
@@ -182,7 +182,7 @@ def _sure(value: float, _: Quantity) -> str:
 
 
 _LEVELS = (
-    ("level/standard", "whole dB", _level),
+    ("level/standard", "total dB", _level),
     ("uncertainty/level", "+-", _sure),
     ("level/no_roll", "no roll", _level),
     ("level/no_pitch", "no pitch", _level),
@@ -212,7 +212,7 @@ def _by_order(record: Record, axis: str, columns: Sequence[_Told], most: int) ->
     heads = [number(head) for head in ("order", *(head for _, head, _ in columns))]
     lines = table((Column(axis), *heads), rows[:most])
     if len(rows) > most:
-        lines += paragraph(f"and {len(rows) - most} more rows in the result file")
+        lines += paragraph(f"{len(rows) - most} more rows in the result file")
     return lines
 
 
@@ -225,8 +225,8 @@ def records(result: Result) -> Section | None:
         return None
     low, high = (show(rpm(float(one))) for one in (np.min(speed.values), np.max(speed.values)))
     at = f"{low} rpm" if low == high else f"{low} to {high} rpm"
-    words = f"{speed.values.shape[1]} blocks of whole turns at {at}; +- is the standard uncertainty"
-    words += " of the mean by scatter of blocks and angle; phases lead, against the first pulse"
+    words = f"{speed.values.shape[1]} blocks of whole turns at {at}; +-: standard uncertainty of"
+    words += " the mean (scatter of blocks and angle); phases: lead relative to the first pulse"
     return section("Orders of the records", [lines + paragraph(words)])
 
 
@@ -237,7 +237,7 @@ def _quiet(record: Record) -> list[str]:
         names, values = labels(total.axes[0]), total.values
         order = np.argsort(values, kind="stable")[:12]
         listed = ", ".join(f"{names[i]} {_level(values[i])}" for i in order)
-        lines += paragraph(f"positions, the quietest first, dB of all harmonics together: {listed}")
+        lines += paragraph(f"positions, quietest first, all harmonics, dB: {listed}")
     x, y, least = (having(record, f"{_STEM}quiet/{name}", "order")
                    for name in ("x", "y", "amplitude"))  # fmt: skip
     if x is None or y is None or least is None:
@@ -251,4 +251,4 @@ def _quiet(record: Record) -> list[str]:
         of_all = (show(record[path].values[()], record[path].error_estimate) for path in paths)
         rows.append(["all", *of_all])
     heads = map(number, ("order", "x m", "y m", "m/s^2"))
-    return [*lines, "", *paragraph("where on the plate it moves least:"), *table([*heads], rows)]
+    return [*lines, "", *paragraph("point of least motion on the plate:"), *table([*heads], rows)]

@@ -31,14 +31,14 @@ AXES = {
     "channel": ("", "position of an accelerometer, with the number of its record of several"),
     "block": ("", "block of whole turns of a record"),
     "order_line": ("", "multiple of crank speed, in steps of one over the turns of a block"),
-    "further": ("", "harmonic, and a reading that would tell motions apart"),
+    "further": ("", "harmonic, and a reading that would distinguish motions"),
     "plate_x": ("m", "place on the plate along the crankshaft"),
     "plate_y": ("m", "place on the plate across the crankshaft"),
 }
 
 
 def _each(name: str) -> dict[str, Any]:
-    return {"headline": Headline(name, "dB", pick="each")}
+    return {"headline": Headline(f"{name} level", "dB", pick="each")}
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Levels:
     """At named positions, of the motion and its parts."""
 
     ROOT: ClassVar[str] = "measurement/level"
-    standard: Any = q("position order", "dB", f"level of the whole motion, {_RE}")
+    standard: Any = q("position order", "dB", f"level of the total motion, {_RE}")
     no_roll: Any = q("position order", "dB", f"level without the roll, {_RE}")
     no_pitch: Any = q("position order", "dB", f"level without the pitch, {_RE}")
     only_roll: Any = q("position order", "dB", f"level of the roll alone, {_RE}")
@@ -98,7 +98,7 @@ class Uncertainty:
     pitch_phase: Any = q("order", "rad", f"{_OF} the phase of the pitch", **_UNSURE)
     level_bound: Any = q(
         "position order", "dB",
-        "how far the level of the motion taken is off at most, all readings within their rounding",
+        "maximum error of the level of the selected motion, readings within their rounding",
         **_UNSURE)  # fmt: skip
 
 
@@ -107,12 +107,12 @@ class Fit:
     """How well readings determine the motion."""
 
     ROOT: ClassVar[str] = "measurement/fit"
-    motions: Any = q("order", "", "motions that the readings leave")
-    decided: Any = q("order", "", "1 where the motion taken stands out")
+    motions: Any = q("order", "", "motions compatible with the readings")
+    decided: Any = q("order", "", "1: motion uniquely determined")
     misfit: Any = q(
         "order", "",
-        "how many times as far as they are said to be the readings are off, at least; with phases, "
-        "root mean square over the stated standard uncertainty", exempt=CHECK)  # fmt: skip
+        "minimum misfit of the readings / their stated uncertainty; with phases, "
+        "root mean square / stated standard uncertainty", exempt=CHECK)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Readings:
     order: Any = q("reading", "", "harmonic of the reading")
     read: Any = q("reading", "dB", "level read, dB re the reference of its kind")
     computed: Any = q("reading", "dB", "level of the motion, re the same")
-    residual: Any = q("reading", "dB", "level computed less level read", exempt=CHECK)
+    residual: Any = q("reading", "dB", "level computed - level read", exempt=CHECK)
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class Signals:
     order: Any = q("signal", "", "harmonic of a reading with a phase")
     residual: Any = q(
         "signal", "",
-        "computed less read, in amplitude and phase over their stated uncertainties, as one",
+        "computed - read in amplitude and phase / stated uncertainties, combined",
         exempt=CHECK)  # fmt: skip
 
 
@@ -143,11 +143,11 @@ class Candidates:
     """All motions that levels leave."""
 
     ROOT: ClassVar[str] = "measurement/candidate"
-    order: Any = q("candidate", "", "harmonic of a motion that levels allow")
-    chosen: Any = q("candidate", "", "1 for the motion taken")
+    order: Any = q("candidate", "", "harmonic of a motion compatible with the levels")
+    chosen: Any = q("candidate", "", "1: selected motion")
     worst_residual: Any = q(
         "candidate", "dB",
-        "largest residual of the readings that choose, or of those that it was found from",
+        "largest residual of the selecting readings, or of those solved for",
         exempt=CHECK)  # fmt: skip
     translation_level: Any = q("candidate", "dB", f"level of the origin, {_RE}")
     roll_level: Any = q("candidate", "dB", f"level of the roll, {_RE_ANGULAR}")
@@ -158,7 +158,7 @@ class Candidates:
     level: Any = q("candidate position", "dB", f"level at a position, {_RE}")
     level_bound: Any = q(
         "candidate position", "dB",
-        "how far it is off at most if this is the motion, all readings within their rounding",
+        "its maximum error for this motion, readings within their rounding",
         **_UNSURE)  # fmt: skip
 
 
@@ -169,11 +169,9 @@ class Further:
     ROOT: ClassVar[str] = "measurement/further"
     order: Any = q(
         "further", "",
-        "harmonic with two motions, and the reading at named positions that best tells them apart",
+        "harmonic with two motions, and the reading at named positions that separates them best",
     )  # fmt: skip
-    difference: Any = q(
-        "further", "dB", "level of the motion taken less that of the next one, there"
-    )
+    difference: Any = q("further", "dB", "level difference there, selected motion - next one")
 
 
 @dataclass(frozen=True)
@@ -185,11 +183,11 @@ class Records:
         "channel order", "m/s^2", "acceleration of a channel, mean over the blocks", PEAK,
         **_OF_RECORD)  # fmt: skip
     phase: Any = q(
-        "channel order", "rad", "phase of it against the first pulse, leading positive",
+        "channel order", "rad", "its phase relative to the first pulse, lead positive",
         **_OF_RECORD, **_CIRCLE)  # fmt: skip
     uncertainty: Any = q(
         "channel order", "m/s^2",
-        "standard uncertainty of it by scatter of the blocks and of the angle",
+        "its standard uncertainty by scatter of the blocks and of the angle",
         **_UNSURE)  # fmt: skip
     phase_uncertainty: Any = q(
         "channel order", "rad", "standard uncertainty of the phase by both", **_UNSURE
@@ -198,7 +196,7 @@ class Records:
         "channel", "rad", "standard deviation of a pulse from a smooth motion of the shaft",
         **_UNSURE)  # fmt: skip
     speed_correction: Any = q(
-        "channel", "", "of the speed as given, so that phases stand still, relative", **_OF_RECORD
+        "channel", "", "relative correction of the given speed for constant phases", **_OF_RECORD
     )
     block_speed: Any = q("channel block", "rad/s", "mean crank speed of a block")
     block_acceleration: Any = q(
@@ -226,13 +224,13 @@ class Quiet:
     """Places of the plate that move least."""
 
     ROOT: ClassVar[str] = "measurement/quiet"
-    x: Any = q("order", "m", "place on the plate that moves least")
-    y: Any = q("order", "m", "place on the plate that moves least")
-    amplitude: Any = q("order", "m/s^2", "acceleration of that place", PEAK, exempt=DIFFERENCE)
-    all_orders_x: Any = q("", "m", "place that moves least in all harmonics")
-    all_orders_y: Any = q("", "m", "place that moves least in all harmonics")
+    x: Any = q("order", "m", "point of least motion")
+    y: Any = q("order", "m", "point of least motion")
+    amplitude: Any = q("order", "m/s^2", "acceleration of that point", PEAK, exempt=DIFFERENCE)
+    all_orders_x: Any = q("", "m", "point of least motion, all harmonics")
+    all_orders_y: Any = q("", "m", "point of least motion, all harmonics")
     all_orders_amplitude: Any = q(
-        "", "m/s^2", "root of the sum of the squared amplitudes of that place", PEAK,
+        "", "m/s^2", "root of the sum of the squared amplitudes at that point", PEAK,
         exempt=DIFFERENCE)  # fmt: skip
 
 

@@ -165,7 +165,7 @@ def masses(case: Case) -> NamedNumbers:
     rod, solid = train.rod, STEEL * train.rod_length**3
     for what, mass in (
         ("the rod", None if rod is None else rod.mass),
-        ("what moves with a piston", train.reciprocating_mass),
+        ("the reciprocating mass", train.reciprocating_mass),
         ("a piston", train.piston_mass),
         ("a wrist pin", train.pin_mass),
     ):
@@ -212,18 +212,18 @@ RULES = (
     ),
     Rule(
         piston_speed, 30.0,
-        "the mean piston speed is {x:.3g} m/s, where machines stay below 30: is the speed in "
+        "the mean piston speed is {x:.3g} m/s, above the usual 30: is the speed in "
         "rad/s ('4900 rpm' otherwise) and the crank radius in m?",
     ),
     Rule(
         piston_acceleration, 1e5,
-        "the pistons are accelerated by up to {x:.3g} m/s^2, where those of racing engines stay "
-        "below 1e5: is the speed in rad/s ('4900 rpm' otherwise) and the crank radius in m?",
+        "the piston acceleration is up to {x:.3g} m/s^2, above that of racing engines, 1e5: "
+        "is the speed in rad/s ('4900 rpm' otherwise) and the crank radius in m?",
     ),
     Rule(
         rod_pressure, 500.0,
-        "{what}, as {x:.4g} bar on a piston as wide as its stroke would give, where machines stay "
-        "below 500: are gas forces in N, pressures in Pa and masses in kg?",
+        "{what}, which is {x:.4g} bar on a piston of bore = stroke, above the usual 500: "
+        "are gas forces in N, pressures in Pa and masses in kg?",
     ),
     *(
         Rule(
@@ -239,16 +239,16 @@ RULES = (
     ),
     Rule(
         at("machine", "mounts", "positions"), 50.0,
-        "a mount stands {x:.4g} m away: is its place in m ('{x:.4g} mm' otherwise)?",
+        "a mount is {x:.4g} m away: is its position in m ('{x:.4g} mm' otherwise)?",
     ),
     Rule(
         bore, 6.0,
-        "the bore is {what}: engines and compressors have the two nearly alike; are both in m "
+        "the bore is {what}: the two are usually nearly equal; are both in m "
         "('76 mm' otherwise)?",
     ),
     Rule(
         unbalances, 10.0,
-        "the unbalance of {what} is {x:.3g} times that of all that moves in the crank train: "
+        "the unbalance of {what} is {x:.3g} times that of all moving masses of the crank train: "
         "is it in kg*m ('26 kg*mm', '26 g*m' otherwise)?",
     ),
     Rule(
@@ -258,13 +258,13 @@ RULES = (
     ),
     Rule(
         sag, 0.1,
-        "under its weight the machine sinks by about {what}, more than a tenth of its length: "
+        "the static deflection of the machine is about {what}, over a tenth of its length: "
         "is the stiffness of the mounts in N/m ('10 kN/m', '10 N/mm' otherwise)?",
     ),
     *(
         Rule(
             at("machine", table, "mass_ratio"), 1.0,
-            "the {what} is {x:.4g}, an absorber heavier than what it is to keep still: should it "
+            "the {what} is {x:.4g}, an absorber heavier than the primary system: should it "
             "be '{x:.4g} %'?",
         )
         for table in ("secondary", "secondaries[]")
@@ -322,8 +322,8 @@ def _places(case: Case) -> Iterator[str]:
         spot = (float(place), float(bank))
         if spot in seen:
             yield (
-                f"cylinders '{seen[spot]}' and '{name}' stand in the same place, at position "
-                f"{place:.6g} m and bank angle {bank:.6g} rad: couples between them are zero"
+                f"cylinders '{seen[spot]}' and '{name}' have the same position, "
+                f"{place:.6g} m, and bank angle, {bank:.6g} rad: no couple between them"
             )
         seen.setdefault(spot, name)
 
@@ -334,13 +334,13 @@ def _orders(case: Case) -> Iterator[str]:
         if highest is not None and abs(shaft.speed_ratio) > highest:
             yield (
                 f"balance shaft '{shaft.name}' turns at {abs(shaft.speed_ratio)} times the crank "
-                f"speed and is left out, since excitation.orders = {highest}"
+                f"speed and is left out: excitation.orders = {highest}"
             )
 
 
 _REACHES = (
-    "[response] and the model 'rigid_body' or 'planar' take it, of a compressor, a pump, or an "
-    "engine with a firing order, but not with slave rods or driven_machine = 'cancels_torque'"
+    "it needs [response] or the model 'rigid_body' or 'planar', and a compressor, a pump or an "
+    "engine with a firing order, without slave rods and driven_machine = 'cancels_torque'"
 )
 
 
@@ -362,25 +362,24 @@ def _without_effect(case: Case) -> list[str]:
     mounts, switching = machine.mounts, None if response is None else response.switching
     impact = None if response is None else response.impact
     texts = {
-        "[machine.motor] has no effect: its axial force is computed where there is an "
-        "[excitation]": (
+        "[machine.motor] has no effect: its axial force needs [excitation]": (
             machine.motor is not None and not finds_speed(machine) and case.excitation is None
         ),
-        "[machine.joints] have no effect: their play is for [response.impact]": (
+        "[machine.joints] has no effect: its play needs [response.impact]": (
             machine.joints is not None and impact is None
         ),
         "the gas has no effect: [response.torsion], [response.impact], [bearing_loads] and the "
-        f"roll of the machine use it, and of a body on mounts {_REACHES}": (
+        f"roll of the machine use it; for a body on mounts {_REACHES}": (
             gas and not reaches and not used and (bool(takes) or not case.isolation)
         ),
-        "[response] has operations and the change between them of the shaking alone, without the "
-        "torque of what is in the cylinders, which its motion and energies have": (
+        "[response] operations and switching contain the shaking alone, without the torque of the "
+        "cylinders, which motion and energies contain": (
             response is not None and bool(response.operations) and "response" in reaches
         ),
-        "[response] has the body on rigid ground; [isolation] has it on the foundation": (
+        "[response] computes the body on rigid ground, [isolation] on the foundation": (
             moves_body(case) and moves_with_machine(case)
         ),
-        f"the gas does not turn the body on its mounts: {_REACHES}": (
+        f"the gas torque does not act on the body on its mounts: {_REACHES}": (
             gas and used and set(takes) != set(reaches)
         ),
     }
@@ -389,16 +388,14 @@ def _without_effect(case: Case) -> list[str]:
         others = [f"[{name}]" for name in tables if getattr(case, name) is not None]
         curved = [repr(one) for one in _overridden(case, mounts)]
         texts |= {
-            f"modal_damping counts in [response] only, not in {', '.join(others)}": (
+            f"modal_damping applies to [response] only, not to {', '.join(others)}": (
                 bool(mounts.modal_damping) and bool(others)
             ),
-            "load_deflection says the stiffness along its axis, at rest and with dynamic_to_static "
-            f"in motion: the `stiffness` there of mount {', '.join(curved)} does not count; write "
+            "load_deflection sets the stiffness along its axis, at rest and with dynamic_to_static "
+            f"in motion: the `stiffness` in it of mount {', '.join(curved)} is ignored; write "
             "0": bool(curved),
-            "while the machine changes between operations, the loss factor counts as the damping "
-            "ratio that it gives each mode at resonance": (
-                has_loss_factor(mounts) and switching is not None
-            ),
+            "in a change between operations the loss factor is replaced by the equivalent damping "
+            "ratio of each mode at resonance": (has_loss_factor(mounts) and switching is not None),
         }
     return [text for text, holds in texts.items() if holds]
 

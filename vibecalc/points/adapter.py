@@ -41,7 +41,7 @@ def run_points(scene: Scene) -> None:
         low, high = (one / (2.0 * np.pi) for one in band_of(case))
         scene.warn(
             f"no order of the speed lies between {low:.6g} and {high:.6g} Hz, the band of the "
-            "r.m.s. values at points: these are zero, and there is no severity; the peaks have all "
+            "r.m.s. values at points: these are zero, without severity; the peaks contain all "
             "orders"
         )
         return

@@ -81,15 +81,15 @@ def _severity_words(result: Result) -> list[str]:
         pairs = ", ".join(f"{one} and {two}" for one, two in names)
         lines += paragraph(
             f"Zones by {standard_of(result)} (informative), r.m.s. values between {pairs}: "
-            f"{'; '.join(bounds)}. The worst of the three counts."
+            f"{'; '.join(bounds)}. The worst of the three decides."
         )
     worst = float(np.max(magnitudes(record[_SEVERITY])))
     number = grade_number(worst)
     named = f"grade {GRADES[number]:g}" if number < len(GRADES) else "beyond all grades"
     return lines + paragraph(
         f"Severity at the worst sensor: {named} of {GRADED} (informative): "
-        f"{show(convert(worst, 'm/s', 'mm/s'))} mm/s between 10 and 250 Hz, or the displacement "
-        "below and the acceleration above that go with it."
+        f"{show(convert(worst, 'm/s', 'mm/s'))} mm/s from 10 to 250 Hz, with constant displacement "
+        "below and constant acceleration above."
     )
 
 
@@ -107,7 +107,7 @@ for _name, (_, _read) in UNITS.items():
     _largest.append(Cells(f"{_name}_rms_largest", f"{_SHORT[_name]} r.m.s.\n{_read}", _read))
     _largest.append(Cells(f"{_name}_rms_largest_speed", "at\nrpm", "rpm"))
 _AT_SPEED = Rows("sensor", "sensor", (*_readings, Cells(_zones, "zone", "")), ROOT)
-_IN_RUN_UP = Rows("sensor", "largest of the run-up", _largest, RUN_UP)
+_IN_RUN_UP = Rows("sensor", "maximum in the run-up", _largest, RUN_UP)
 
 
 # ----------------------------------------------------------------------------
@@ -130,9 +130,7 @@ def _left_out(result: Result, velocity: Quantity) -> list[str]:
         return []
     shown = outside if len(outside) < 9 else [*outside[:3], "...", *outside[-2:]]
     few = "Order" if len(outside) == 1 else "Orders"
-    return paragraph(
-        f"{few} {', '.join(shown)} outside the band: in the peaks, not in the r.m.s. values."
-    )
+    return paragraph(f"{few} {', '.join(shown)} outside the band: counted in the peaks only.")
 
 
 def _by_order(result: Result, velocity: Quantity) -> list[str]:
@@ -152,10 +150,10 @@ def _by_order(result: Result, velocity: Quantity) -> list[str]:
     columns = (
         Cells(known(frequency), "Hz", lambda value, _: show(value, digits=4)),
         *(Cells(of_worst(name), f"{name} {read}", read) for name, (_, read) in UNITS.items()),
-        Cells(known(np.where(counts, "counts", "outside")), "r.m.s.", ""),
+        Cells(known(np.where(counts, "in band", "outside")), "r.m.s.", ""),
     )
     rows = Rows("order", "order", columns, label="{:g}", right=True, places=_moving)
-    title = f"{labels(sensor)[worst]}, 0 to peak by order"
+    title = f"{labels(sensor)[worst]}, amplitude (0-to-peak) by order"
     return [*paragraph(title), *rows_of(result.record, rows)[0]]
 
 
@@ -173,10 +171,10 @@ def points(result: Result) -> Section | None:
     if not table_lines and not up_lines:
         return None
     moves = table_of(result.case, "foundation").get("kind") in ("body", "impedance")
-    on_what = ", with the motion of the foundation at the speed" if moves else ""
+    on_what = ", including the motion of the foundation" if moves else ""
     words = paragraph(
-        f"Displacement s, velocity v and acceleration a along each sensor{on_what}; peak over the "
-        f"cycle of all orders, r.m.s. of those from {band_words(result)}."
+        f"Displacement s, velocity v and acceleration a along a sensor{on_what}; peak of all "
+        f"orders over the cycle, r.m.s. of orders from {band_words(result)}."
     )
     words += (_left_out(result, velocity) if velocity else []) + _severity_words(result)
     return section(

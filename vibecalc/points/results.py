@@ -32,9 +32,9 @@ def _at_speed() -> Iterator[Entry]:
                 f"{ROOT}/{name}_{kind}", "sensor", unit, words, amplitude,
                 name=called, headline=head if (name, kind) == ("velocity", "rms") else None,
             )  # fmt: skip
-    words = "velocity whose grade displacement, velocity and acceleration all keep (10 and 250 Hz)"
+    words = "velocity of the grade met by displacement, velocity and acceleration (10, 250 Hz)"
     yield entry(f"{ROOT}/severity", "sensor", "m/s", words, RMS, name="severity")
-    words = "boundaries of zones exceeded by one of the three: 0 in the best zone"
+    words = "zone by the worst of displacement, velocity and acceleration, 0: best"
     yield entry(f"{ROOT}/zone", "sensor", "", words)
     for name, (unit, _) in UNITS.items():
         yield entry(f"{BOUNDARY}/{name}", "zone_limit", unit, f"{name} between two zones", RMS)
@@ -49,21 +49,21 @@ def _over_speed() -> Iterator[Entry]:
             head = Headline("velocity in the run-up, r.m.s.", read, at=f"{path}_largest_speed")
             yield entry(path, "sensor speed", unit, each, amplitude, name=said)
             yield entry(
-                f"{path}_largest", "sensor", unit, f"largest of the run-up of {name}, {words}",
+                f"{path}_largest", "sensor", unit, f"maximum in the run-up of {name}, {words}",
                 amplitude, name=f"{said}, largest",
                 headline=head if (name, kind) == ("velocity", "rms") else None,
             )  # fmt: skip
-            yield entry(f"{path}_largest_speed", "sensor", "rad/s", "crank speed of the largest")
+            yield entry(f"{path}_largest_speed", "sensor", "rad/s", "crank speed at the maximum")
     path, largest = f"{RUN_UP}/severity", "severity in the run-up, largest"
     yield entry(path, "sensor speed", "m/s", "severity at each speed", RMS)
-    words = "largest severity of the run-up"
+    words = "maximum severity in the run-up"
     yield entry(f"{path}_largest", "sensor", "m/s", words, RMS, name=largest)
-    yield entry(f"{path}_largest_speed", "sensor", "rad/s", "crank speed of the largest")
+    yield entry(f"{path}_largest_speed", "sensor", "rad/s", "crank speed at the maximum")
 
 
 AXES = {
     "sensor": ("", "sensor"),
-    "zone_limit": ("", "between zones, from the best on"),
+    "zone_limit": ("", "zone boundary, from the best zone"),
 }
 ENTRIES = (*_at_speed(), *_over_speed())
 HELPS = {f"{ROOT}/": (ORDERS, RESONANCE)}

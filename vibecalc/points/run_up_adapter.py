@@ -28,8 +28,8 @@ def run_points_run_up(scene: Scene) -> None:
     peaks, levels = (joined(each) for each in zip(*parts, strict=True))
     if peaks.unresolved:
         scene.warn(
-            f"the run-up at the points has {peaks.unresolved} intervals of speed that are coarser "
-            "than asked for, since the number of speeds is capped; its maxima are not affected"
+            f"the run-up at the points has {peaks.unresolved} speed intervals coarser than "
+            "requested, as the number of speeds is limited; its maxima are not affected"
         )
     if scene.case.vibration_severity is not None:
         levels = _with_severity(levels)

@@ -33,7 +33,7 @@ _DECADES = 6
 
 _BARS = tuple(Curve(f"response/{k}_energy/peak_by_order", k, bars=True) for k in _KINDS)
 ENERGY_BY_ORDER = Curves(
-    "largest energy of each order alone",
+    "peak energy of each order alone",
     (Panel("energy", _BARS, log="y", ends=decades(_DECADES)),),
 )
 
@@ -51,7 +51,7 @@ def _mean(i: int) -> tuple[Curve, Mark]:
     return curve, peak(colour=COLOURS[i], below=i > 0, unless=f"{_MASKED}/low")
 
 
-_LEFT_OUT = spans(_MASKED, "left out: no bound", zorder=3)
+_LEFT_OUT = spans(_MASKED, "left out: unbounded", zorder=3)
 _MET = resonances("response/modes/natural_frequency")
 _MEANS = (*_mean(0), *_mean(1), _LEFT_OUT, _MET, operating)
 RESPONSE_RUN_UP = Curves(
@@ -66,7 +66,7 @@ RESPONSE_RUN_UP = Curves(
 # ----------------------------------------------------------------------------
 
 #: of the mean energies of the operations: results that stand with them, their words and marks
-_SUMS = {"weighted": ("weighted mean", "_", 20), "difference": ("largest less smallest", "x", 6)}
+_SUMS = {"weighted": ("weighted mean", "_", 20), "difference": ("range of means", "x", 6)}
 
 
 def _known(result: Result, path: str) -> Quantity | None:
@@ -86,11 +86,11 @@ def _energies(kind: str, what: str, words: str) -> Panel:
 
 
 OPERATIONS = Curves(
-    "energies of the operations with each balance, ranges: over the angle of the weights",
+    "energies of the operations with each balance; ranges over the angle of the weights",
     tuple(
         _energies(kind, what, words)
         for kind in _KINDS
-        for what, words in (("mean", "mean over a turn"), ("peak", "largest over a turn"))
+        for what, words in (("mean", "mean over a turn"), ("peak", "peak over a turn"))
     ),
     columns=2,
 )
@@ -101,7 +101,7 @@ OPERATIONS = Curves(
 # ----------------------------------------------------------------------------
 
 _SWITCHING = "response/switching"
-_WAYS = {"reversal": "change through rest", "instant": "change at once"}
+_WAYS = {"reversal": "change via standstill", "instant": "change at once"}
 #: the energy is drawn as the largest of so many intervals: single ones follow every swing
 _INTERVALS = 25
 

@@ -75,7 +75,7 @@ def _moves_most(record: Record) -> Quantity | None:
     return part_of(share, np.array(words), share.axes[0])
 
 
-_NEAREST = "f / f_n: frequency of the excited order nearest to the mode at operating speed"
+_NEAREST = "f / f_n: frequency of the nearest excited order at operating speed / natural frequency"
 _OF_MODES = (
     Cells("natural_frequency", "Hz", "Hz"),
     Cells("damping_ratio", "damping ratio"),
@@ -95,7 +95,7 @@ def response(result: Result) -> Section | None:
     blocks: list[Part] = [tables[0], totals, _run_up(record), tables[1]]
     details = {"energies by order": rows_of(record, _BY_ORDER)}
     if "isolation/modes/natural_frequency" in record:
-        details["orders next to the modes"] = modes
+        details["modes and nearest orders"] = modes
     else:
         blocks.insert(0, modes)
     shown = {path for path in paths if path in record}
@@ -113,10 +113,10 @@ def _run_up(record: Record) -> list[str]:
         top = int(np.argmax(found.values))
         value, at = show(found.values[top], found.error_estimate), found.axes[0].values[top]
         if centre is not None:
-            value, at = "without bound", centre.values[0]
+            value, at = "unbounded", centre.values[0]
         name = f"{found.long_name.split()[1]}, mean over {turns_of(record, found.path)}"
         rows.append([name, value, show(rpm(at))])
-    heads = ("largest energy of the run-up, as sampled", number("J"), number("at rpm"))
+    heads = ("maximum energy in the run-up, sampled", number("J"), number("at rpm"))
     return table(heads, rows)
 
 
@@ -134,7 +134,7 @@ _NEAR_UNDERFLOW = 1e-280
 SMALLEST = float(np.finfo(float).tiny)
 
 
-_TOTALS = (Cells("{}_energy/mean", "mean over {turn}"), Cells("{}_energy/peak", "at any moment"))
+_TOTALS = (Cells("{}_energy/mean", "mean over {turn}"), Cells("{}_energy/peak", "peak"))
 
 
 def last_normal(values: np.ndarray) -> tuple[int, bool]:
@@ -180,7 +180,7 @@ _BY_ORDER = Rows("order", "energy in J", _ALONE, label="order {:.0f}", places=_c
 # ----------------------------------------------------------------------------
 
 _OPERATIONS = "response/operations/"
-_WORDS = {"mean": "mean over a turn", "peak": "largest over a turn"}
+_WORDS = {"mean": "mean over a turn", "peak": "peak over a turn"}
 #: ends closer than this share of the value are one number
 _SAME = 1e-9
 
@@ -190,7 +190,7 @@ def operations(result: Result) -> Section | None:
     record = result.record
     tables = [rows_of(record, one) for kind in _KINDS for one in _of_kind(kind)]
     details = {"further energies of the operations": together(*tables[2:])}
-    title = "Operations and balances: energies of every combination"
+    title = "Operations and balances: energies of all combinations"
     shown = {path for path in record if path.startswith(_OPERATIONS)}
     return section(title, [_reading(record), *tables[:2]], details, shown)
 
@@ -198,14 +198,14 @@ def operations(result: Result) -> Section | None:
 def _reading(record: Record) -> list[str]:
     """The one line to read first: which balance is best, by which measure."""
     found = []
-    for name, words in (("weighted", "least weighted"), ("difference", "smallest difference of")):
+    for name, words in (("weighted", "lowest weighted"), ("difference", "smallest difference of")):
         quantity = having(record, f"{_OPERATIONS}kinetic_energy/{name}", "balance")
         if quantity is not None:
             best = int(np.argmin(quantity.values))
             value = show(quantity.values[best], quantity.error_estimate)
             balance = labels(quantity.axes[0])[best]
             found.append(f"{words} kinetic energy: {value} {quantity.unit} with balance {balance}")
-    reach = "in brackets, how far the angle of the balance weights to the pistons can move it"
+    reach = "in brackets: range over the angle of the balance weights to the pistons"
     return paragraph("; ".join([*found, reach])) if found else []
 
 
@@ -265,11 +265,11 @@ def _times(root: str) -> Made:
 
 def _way(group: type[Change], words: str) -> Rows:
     """A column for each change of a way, a row for each result."""
-    times = Cells(_times(group.ROOT), "kinetic energy over the larger steady one")
+    times = Cells(_times(group.ROOT), "kinetic energy peak / larger steady peak")
     return Rows("change", words, (*paths_of(group), times), across=True)
 
 
-_WAYS = (_way(Reversal, "through rest"), _way(Instant, "at once"))
+_WAYS = (_way(Reversal, "via standstill"), _way(Instant, "at once"))
 
 
 def _low(found: Found) -> np.ndarray:
@@ -281,9 +281,9 @@ def _low(found: Found) -> np.ndarray:
 #: resonances that the crank runs through on its way
 _CHANGE = named_at(f"{Passages.ROOT}/change", f"{Reversal.ROOT}/peak_time")
 _PASSAGES = Rows(
-    "passage", "", (Cells(_CHANGE, "passed in"), *paths_of(Passages)[1:]), places=_low,
-    note="haste above 1: the resonance has no time to build up",
-    rest=others("{left} further passages of higher order are in the result file"),
+    "passage", "", (Cells(_CHANGE, "change"), *paths_of(Passages)[1:]), places=_low,
+    note="haste above 1: passed too fast for the resonance to build up",
+    rest=others("{left} more passages of higher order in the result file"),
 )  # fmt: skip
 
 
@@ -293,8 +293,8 @@ def switching(result: Result) -> Section | None:
     shown = {path for path in record if path.startswith(_SWITCHING)}
     tables = [rows_of(record, one) for one in _WAYS]
     settled = table_of(result.case, "response", "switching").get("settled")
-    words = f"settled means within {100.0 * (settled or 0.0):g} % of the steady motion"
-    details = {"resonances passed on the way": rows_of(record, _PASSAGES)}
+    words = f"settled: within {100.0 * (settled or 0.0):g} % of the steady motion"
+    details = {"resonances passed": rows_of(record, _PASSAGES)}
     return section(
         "Switching between operations",
         [rows_of(record, _STATES), *tables, paragraph(words)] if any(map(any, tables)) else [],

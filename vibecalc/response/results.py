@@ -39,7 +39,7 @@ class ModesOfBody(Modes):
     WORDS: ClassVar = {"elsewhere": "isolation/modes/natural_frequency"}
     assurance: Any = q("mode other_mode", "", f"modal assurance criterion {_POINT}")
     nearest_order: Any = q("mode", "", "excited order nearest to a mode at operating speed")
-    distance: Any = q("mode", "", "frequency of that order over the natural frequency, less 1")
+    distance: Any = q("mode", "", "frequency of that order / natural frequency - 1")
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class OperationsEnergy:
     peak_high: Any = q(_WAYS, "J", "largest {kind} energy at the worst angle of the weights")
     rotating_mean: Any = q(_WAYS, "J", f"mean {{kind}} energy {_ALONE}")
     rotating_peak: Any = q(_WAYS, "J", f"largest {{kind}} energy {_ALONE}")
-    difference: Any = q("balance", "J", "largest less smallest mean {kind} energy")
+    difference: Any = q("balance", "J", "range of the mean {kind} energy over the operations")
     weighted: Any = q("balance", "J", "mean {kind} energy, weighted over the operations")
 
 
@@ -169,15 +169,15 @@ class Change:
     """Of one way of changing; histories hold the largest or smallest sample of each interval."""
 
     ROOT: ClassVar[str]
-    translation_peak: Any = lead(_CHANGE, "m", "motion in a change {how}, peak", PEAK, about=_POINT)
-    rotation_peak: Any = q(_CHANGE, "rad", "largest rotation on the way", PEAK)
-    ground_force_peak: Any = q(_CHANGE, "N", "largest force on the ground on the way", PEAK)
-    ground_couple_peak: Any = q(_CHANGE, "N*m", "largest couple on the ground on the way", PEAK)
-    kinetic_energy_peak: Any = q("change", "J", "largest kinetic energy on the way")
-    potential_energy_peak: Any = q("change", "J", "largest potential energy on the way")
-    peak_time: Any = named("change", "s", "time of the largest kinetic energy", exempt=PLACE)
-    peak_speed: Any = named("change", "rad/s", "crank speed then, with its sense", exempt=PLACE)
-    settle_time: Any = named("change", "s", "time to settle, from the end of the change")
+    translation_peak: Any = lead(_CHANGE, "m", "displacement, {how}, peak", PEAK, about=_POINT)
+    rotation_peak: Any = q(_CHANGE, "rad", "rotation in the change, peak", PEAK)
+    ground_force_peak: Any = q(_CHANGE, "N", "force on the ground in the change, peak", PEAK)
+    ground_couple_peak: Any = q(_CHANGE, "N*m", "couple on the ground in the change, peak", PEAK)
+    kinetic_energy_peak: Any = q("change", "J", "kinetic energy in the change, peak")
+    potential_energy_peak: Any = q("change", "J", "potential energy in the change, peak")
+    peak_time: Any = named("change", "s", "time of the kinetic energy peak", exempt=PLACE)
+    peak_speed: Any = named("change", "rad/s", "crank speed at that time, signed", exempt=PLACE)
+    settle_time: Any = named("change", "s", "settling time after the change")
     kinetic_energy_high: Any = q(f"change {_TIME}", "J", "largest kinetic energy at about a time")
     translation_high: Any = q(f"{_CHANGE} {_TIME}", "m", f"largest displacement {_POINT}")
     translation_low: Any = q(f"{_CHANGE} {_TIME}", "m", f"smallest displacement {_POINT}")
@@ -188,9 +188,9 @@ class Instant(Change):
     """At once; the worst angle is that of the crank with the largest kinetic energy of all."""
 
     ROOT: ClassVar[str] = "response/switching/instant"
-    WORDS: ClassVar = {"how": "at once", "time": "instant_time"}
+    WORDS: ClassVar = {"how": "change at once", "time": "instant_time"}
     worst_angle: Any = named("change", "rad", "worst crank angle", exempt=PLACE, circle=TURN)
-    worst_kinetic_energy_peak: Any = named("change", "J", "largest kinetic energy at that angle")
+    worst_kinetic_energy_peak: Any = named("change", "J", "kinetic energy peak at that angle")
 
 
 @dataclass(frozen=True)
@@ -198,12 +198,10 @@ class Reversal(Change):
     """Through rest."""
 
     ROOT: ClassVar[str] = "response/switching/reversal"
-    WORDS: ClassVar = {"how": "by reversal", "time": "reversal_time"}
-    ground_force_peak: Any = lead(_CHANGE, "N", "force on the ground in it, peak", PEAK)
+    WORDS: ClassVar = {"how": "change via standstill", "time": "reversal_time"}
+    ground_force_peak: Any = lead(_CHANGE, "N", "force on the ground, {how}, peak", PEAK)
     speed: Any = q("change reversal_time", "rad/s", "crank speed, negative after reversal")
-    slow_kinetic_energy: Any = named(
-        "change", "J", "largest kinetic energy, passed infinitely slowly"
-    )
+    slow_kinetic_energy: Any = named("change", "J", "kinetic energy peak, quasi-static passage")
 
 
 @dataclass(frozen=True)
@@ -215,11 +213,11 @@ class Passages:
 
     ROOT: ClassVar[str] = "response/switching/passage"
     change: Any = q("passage", "", "number of the change, from 1")
-    mode: Any = q("passage", "", "mode that is met")
-    order: Any = q("passage", "", "order that meets it")
-    speed: Any = q("passage", "rad/s", "crank speed there")
+    mode: Any = q("passage", "", "mode in resonance")
+    order: Any = q("passage", "", "order in resonance")
+    speed: Any = q("passage", "rad/s", "crank speed at resonance")
     time: Any = q("passage", "s", "time from the start of the change")
-    haste: Any = q("passage", "", "haste; above 1 the resonance has no time to build up")
+    haste: Any = q("passage", "", "haste; above 1 the resonance does not build up")
 
 
 @dataclass(frozen=True)
@@ -232,13 +230,13 @@ class BesidesChanges:
 
 #: axis name -> (unit, long name)
 AXES = {
-    "other_mode": ("", "mode it is held against"),
-    "operation": ("", "cylinders that work"),
-    "balance": ("", "throws that weights cancel"),
-    "change": ("", "from one operation to the other"),
+    "other_mode": ("", "mode compared"),
+    "operation": ("", "working cylinders"),
+    "balance": ("", "throws balanced by weights"),
+    "change": ("", "change of operation"),
     "instant_time": ("s", "end of an interval of time"),
     "reversal_time": ("s", "end of an interval of time"),
-    "passage": ("", "meeting of an order and a mode, the first is 1"),
+    "passage": ("", "resonance passage, from 1"),
 }
 ENTRIES = tuple(
     entries_of(

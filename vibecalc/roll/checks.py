@@ -209,7 +209,7 @@ def _step(case: Case) -> Iterator[str]:
         return
     if not any(method in STEPPING for method in (roll.method, *roll.compare)):
         yield (
-            f"response.roll.step has no effect: it is for the methods {' and '.join(STEPPING)}, "
+            f"response.roll.step has no effect: it applies to {' and '.join(STEPPING)}, "
             "and neither method nor compare names one of them"
         )
 
@@ -228,7 +228,7 @@ def _unlikely_pistons(case: Case) -> Iterator[str]:
         )
     for name, mass in zip(train.names, train.reciprocating_mass, strict=True):
         if name in works and mass == 0.0:
-            yield f"what moves with the piston of cylinder '{name}' has a mass of 0 kg"
+            yield f"the reciprocating mass of cylinder '{name}' is 0 kg"
 
 
 def _demand(case: Case) -> Iterator[str]:
@@ -243,8 +243,8 @@ def _demand(case: Case) -> Iterator[str]:
     largest, demand = breakdown(motor_curve(motor))[1], mean_demand(case)
     if demand > largest:
         yield (
-            f"gas and friction take about {demand:.4g} N*m in the mean over a turn, and the motor "
-            f"gives {largest:.4g} N*m at most: there may be no running state"
+            f"gas and friction need a mean torque of about {demand:.4g} N*m, above the breakdown "
+            f"torque of the motor, {largest:.4g} N*m: there may be no running state"
         )
 
 
@@ -265,9 +265,9 @@ def _unlikely_start(case: Case) -> Iterator[str]:
         slip, last = abs(motor.synchronous_speed - study.speed), motor.slip_table.slip[-1]
         if slip > last:
             yield (
-                f"the start at a slip of {slip:.4g} rad/s lies beyond the motor's table, which "
+                f"the start at a slip of {slip:.4g} rad/s is beyond the motor's table, which "
                 f"ends at {last:.4g} rad/s: its last torque, {motor.slip_table.torque[-1]:.4g} "
-                "N*m, is held"
+                "N*m, is used"
             )
     if study.load is not None and study.load.time[-1] >= study.duration:
         yield (

@@ -51,7 +51,7 @@ def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) 
         for place in np.flatnonzero(rest.stop):
             scene.warn(
                 f"mount {mounts.names[place]!r} stands on its stop at rest, "
-                f"{-left[place]:.4g} m deep: its stiffness has that of the stop in it"
+                f"{-left[place]:.4g} m deep: its stiffness includes the stop"
             )
         _beyond_rows(scene, rest)
     if mounts.spectrum is not None:
@@ -100,7 +100,7 @@ def _beyond_rows(scene: Scene, rest: Rest) -> None:
         if rows is not None and not rows[0] <= load <= rows[-1]:
             scene.warn(
                 f"mount {one.name!r} carries {load:.6g} N at rest, beyond its rows of over_load "
-                f"from {rows[0]:.6g} to {rows[-1]:.6g} N: the stiffness of the nearest row counts"
+                f"from {rows[0]:.6g} to {rows[-1]:.6g} N: the stiffness of the nearest row is used"
             )
 
 
@@ -133,14 +133,14 @@ def emit_travel(scene: Scene, mounts: Mounts, motion: Bounded, mean: Bounded, of
             scene.warn(
                 f"mount {name!r} meets its {end} stop at speed: its motion of "
                 f"{travel.value[place]:.4g} m goes {-left[place]:.4g} m beyond it; the response is "
-                "that of mounts without stops, and the real one has shocks"
+                "computed without stops, in reality there are impacts"
             )
         elif rest.stop[place]:
             inner = law.down if u > 0.0 else -law.up
             if deepest[place] > inner > highest[place]:
                 scene.warn(
                     f"mount {name!r} stands on its stop at rest and leaves it at speed: the "
-                    "response is that of a mount which never does"
+                    "response assumes permanent contact"
                 )
 
 
@@ -179,7 +179,7 @@ def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) 
         scene.warn(
             f"in the run-up mount {mounts.names[worst]!r}{others} may meet a stop: at "
             f"{peak.speed[worst]:.6g} rad/s it moves by {peak.value[worst]:.4g} m, with "
-            f"{at_rest[worst]:.4g} m to the nearer stop at rest; the forces are those of mounts "
+            f"{at_rest[worst]:.4g} m to the nearer stop at rest; the forces are computed "
             "without stops"
         )
 

@@ -62,8 +62,8 @@ def run_run_up(scene: Scene) -> None:
         scene.emit_all(group(run_up=curve[rows]), {"speed": passed.speed, **axes})
     if passed.unresolved:
         scene.warn(
-            f"the run-up has {passed.unresolved} intervals of speed that are coarser than asked "
-            "for, since the number of speeds is capped; its maxima are not affected"
+            f"the run-up has {passed.unresolved} speed intervals coarser than requested, "
+            "as the number of speeds is limited; its maxima are not affected"
         )
     masked = passed.masked._replace(order=passed.masked.order * step)
     count = len(masked.low)
@@ -73,8 +73,8 @@ def run_run_up(scene: Scene) -> None:
         scene.emit_all(found, {"masked": np.arange(1, count + 1)})
         scene.warn(
             f"the run-up crosses {count} undamped resonance{'s' if count > 1 else ''}, the first "
-            f"at {masked.centre[0]:.6g} rad/s with order {masked.order[0]:g}: the forces have no "
-            "bound there, and isolation/masked lists the speeds left out; give the mounts damping "
+            f"at {masked.centre[0]:.6g} rad/s with order {masked.order[0]:g}: the forces are "
+            "unbounded there; isolation/masked lists the speeds left out; give the mounts damping "
             "or a loss factor"
         )
 
@@ -122,7 +122,7 @@ def _emit_maxima(scene: Scene, read: RunUpRows, maxima: Maxima, step: float) -> 
     """Those of each support, in the order of the supports."""
     mount, which = np.nonzero(read.row_of[read.lever_rows :, None] == maxima.row)
     if not len(which):
-        scene.warn("no force of a support has a maximum in the run-up: nothing shakes the body")
+        scene.warn("no mount force has a maximum in the run-up: the body is not excited")
         return
     found = Maxima(*(part[which] for part in maxima))
     error = np.where(np.isfinite(found.value), found.error, 0.0)

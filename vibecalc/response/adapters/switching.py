@@ -155,8 +155,8 @@ def _warn_of_coupling(scene: Scene) -> None:
     if share > WORTH_WARNING:
         scene.warn(
             f"the damping couples the modes: between two of them it reaches {100.0 * share:.2g} % "
-            "of the strongest within one. While the machine changes between operations each mode "
-            "keeps its own damping alone"
+            "of the strongest within one. In a change between operations only the damping of "
+            "each mode is used"
         )
 
 
@@ -173,11 +173,11 @@ def _warn_of_short_watch(
         if grows:
             parts.append(
                 f"{label} {words} settles in {each.settled.value:.3g} s; its "
-                f"{', '.join(grows)} may be larger later than the peak that is given"
+                f"{', '.join(grows)} may later exceed the peak"
             )
     if parts:
         scene.warn(
-            f"the {after:.6g} s watched after a change end before the body has settled: "
+            f"the body has not settled within {after:.6g} s after a change: "
             f"{'; '.join(parts)}. Give [response.switching] a longer after"
         )
 

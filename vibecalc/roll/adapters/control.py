@@ -326,18 +326,18 @@ def _judge(scene: Scene, given: Setup, loop: ControlledLoop) -> None:
     if status == 1:
         scene.warn(
             f"the loop is {STATUS[1]}: its gain at high frequency is "
-            f"{abs(float(loop.margins.feedthrough)):.4g}, so that the least delay lets it "
-            "diverge; its levels hold on paper only"
+            f"{abs(float(loop.margins.feedthrough)):.4g}, so that any delay makes it "
+            "diverge; its levels are valid for zero delay only"
         )
     elif status > 1:
-        scene.warn(f"the loop is {STATUS[status]}: its amplitudes have no bound")
+        scene.warn(f"the loop is {STATUS[status]}: amplitudes unbounded")
     asked = float(torque_peak(loop, given).value)
     if status < 2 and asked > given.breakdown:
         scene.warn(
-            f"the loop asks the motor for up to {asked:.5g} N*m, and it gives "
-            f"{given.breakdown:.5g} N*m at most: the levels of the reduced model, whose motor has "
+            f"the loop needs a motor torque of up to {asked:.5g} N*m, above the breakdown torque "
+            f"of {given.breakdown:.5g} N*m: the levels of the reduced model, whose motor has "
             "no breakdown, cannot be reached"
-            + ("" if given.options.full_model else "; full_model = true says what can")
+            + ("" if given.options.full_model else "; see full_model = true")
         )
 
 
@@ -346,18 +346,18 @@ def _say(scene: Scene, given: Setup) -> None:
     machine, motor = given.machine, scene.case.machine.motor
     if np.any(machine.wrist_pin_offset) or np.any(machine.rod_inertia_difference):
         scene.warn(
-            "the reduced model of the control leaves out what a wrist pin offset or the own moment "
-            "of a rod does to the shell; response/control/range says what that comes to"
+            "the reduced model of the control neglects the effect of a wrist pin offset or of the "
+            "rod inertia on the shell; its size: response/control/range"
         )
     if is_mounted(machine):
         frequency = np.sqrt(float(machine.shell_stiffness[0]) / given.torque.whole)
         scene.warn(
-            "the reduced model of the control has no mounts: it holds for frequencies well above "
-            f"{frequency:.4g} rad/s, at which the shell rolls on them, and does not see whether "
-            "feedback excites that motion; full_model = true does"
+            "the reduced model of the control has no mounts: it is valid well above "
+            f"{frequency:.4g} rad/s, the roll mode of the shell, and cannot show whether "
+            "feedback excites that mode; full_model = true does"
         )
     if motor is not None and motor.kind == "dynamic":
-        scene.warn("the control takes the motor's steady torque, without transients of its fluxes")
+        scene.warn("the control uses the motor's steady torque, without transients of its fluxes")
 
 
 def _cite(scene: Scene) -> None:
@@ -423,8 +423,8 @@ def emit_full(
         level = Bounded(np.full(len(given.orders), np.inf), np.zeros(len(given.orders)))
         size = float(np.max(np.abs(closed.multiplier)))
         scene.warn(
-            "under control the motion of the full model is unstable: a disturbance grows by the "
-            f"factor {size:.6g} in each turn. It has no levels"
+            "under control the full model is unstable: disturbances grow by a "
+            f"factor of {size:.6g} per turn; no levels"
         )
     found = {
         "speed": closed.speed,
@@ -481,7 +481,7 @@ def emit_grid(scene: Scene, given: Setup, without: Bounded) -> None:
     if lost or brittle:
         scene.warn(
             f"of {gains.size * feedbacks.size} pairs of gain and feedback {lost} are not stable "
-            f"and {brittle} {STATUS[1]}: their levels are infinite, or hold on paper only"
+            f"and {brittle} {STATUS[1]}: infinite levels, or valid for zero delay only"
         )
 
 

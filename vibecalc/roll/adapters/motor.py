@@ -248,7 +248,7 @@ def _solved(
         )
     except NumericalFailure as failure:
         which = "the slip table" if drive.circuit is None else "the steady torque of its motor"
-        scene.warn(f"what the machine does with {which} is left out: {failure}")
+        scene.warn(f"the machine with {which} is left out: {failure}")
         return None
     if other is not drive:
         running = uncertain(machine, other, running, options.started_at)

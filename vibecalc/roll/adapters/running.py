@@ -305,7 +305,7 @@ class RollRun:
             self.scene.emit(path, change.value, change.error, axes)
             for name, reason in change.lost:
                 self.scene.warn(
-                    f"sensitivity: nothing is said of ten percent {word} of {name}: {reason}"
+                    f"sensitivity: no result for ten percent {word} of {name}: {reason}"
                 )
         self.scene.cite(
             "central differences in the logarithm of each parameter, extrapolated",

@@ -184,13 +184,13 @@ def emit_start_angles(
     scene.emit(f"{stem}/fraction", result.fraction, error)
     if result.islands:
         scene.warn(
-            "start angles: between two that start and do not, more than one border was found; "
-            "there are probably more, which more angles may show"
+            "start angles: more than one border between a start and a failed start; "
+            "there are probably more: examine more angles"
         )
     dry = machine.friction_torque > 0.0 or machine.piston_friction > 0.0
     if 0.0 < result.fraction < 1.0 and not dry:
         scene.warn(
-            "start angles: without dry friction a machine that rocks may get over at a later "
-            "swing, so that its start angles depend on the time allowed, "
+            "start angles: without dry friction a rocking machine may start on a later swing, so "
+            "the start angles depend on the time limit, "
             f"{options.start_within or options.duration:.6g} s"
         )

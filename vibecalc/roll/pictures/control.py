@@ -44,7 +44,7 @@ def draw_roll_control(result: Result) -> "Figure | None":
     )
     if level is None or status is None or delay is None:
         return None
-    words = "levels of the shell under control of the motor (reduced model), what the loop bears"
+    words = "levels of the shell under control of the motor, delay margin (reduced model)"
     figure = canvas(result, words, 8.2)
     count = min(_ORDERS_UNDER_CONTROL, level.values.shape[-1])
     names: list[Any] = [[f"order {i}" for i in range(count)], ["margin"] * count]
@@ -133,7 +133,7 @@ def _legend(figure: "Figure", axes: "Axes") -> None:
         Line2D([], [], marker="o", markerfacecolor="white", **grey),
         Line2D([], [], marker="x", markeredgewidth=1.8, **grey),
     ]
-    names += [f"bears less than {1e3 * _LITTLE:g} ms of delay", "not stable: no level"]
+    names += [f"delay margin below {1e3 * _LITTLE:g} ms", "not stable: no level"]
     figure.legend(handles, names, loc="outside lower center", ncols=5)
 
 
@@ -176,7 +176,7 @@ def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | Non
     words = "delay margin in ms; hatched: not stable"
     words += ", dotted: stable only without any delay" if np.any(state == 1) else ""
     if over is not None and np.any(over):
-        words += "; *: more torque than the motor has"
+        words += "; *: exceeds the breakdown torque"
     axes.set_title(words, loc="left")
     axes.figure.colorbar(image, ax=axes, label="delay margin in ms", pad=0.01)
 
@@ -213,7 +213,7 @@ def draw_roll_locus(result: Result) -> "Figure | None":
         first, fading = figure.subplots(1, 2)
         _plane(first, gain, pole, at)
     else:
-        figure = canvas(result, title + "\nall poles are real: nothing swings", 5.4)
+        figure = canvas(result, title + "\nall poles are real: overdamped", 5.4)
         first = fading = figure.subplots()
     _fading(fading, gain, pole, own)
     if first is fading and isinstance(own, int | float):
@@ -266,7 +266,7 @@ def _plane(axes: "Axes", gain: np.ndarray, pole: np.ndarray, at: np.ndarray) -> 
     axes.axvspan(0.0, high, facecolor="#f6dede", edgecolor=LIMIT, hatch="////", linewidth=0.0,
                  zorder=0)  # fmt: skip
     axes.axvline(0.0, color=LIMIT, linewidth=1.2)
-    axes.set_xlabel("real part in 1/s; hatched: grows without a bound")
+    axes.set_xlabel("real part in 1/s; hatched: unstable")
     axes.set_ylabel("imaginary part in 1/s")
     axes.tick_params(axis="x", labelrotation=45)
     if lines is not None:
@@ -299,7 +299,7 @@ def _fading(axes: "Axes", gain: np.ndarray, pole: np.ndarray, own: object) -> No
         axes.axvline(float(own), color=COLOURS[1], linestyle=":")
     axes.set_xlim(gain[0], gain[-1])
     axes.set_xlabel("gain K")
-    axes.set_ylabel("real part in 1/s (thick: swings)")
+    axes.set_ylabel("real part in 1/s (thick: oscillates)")
 
 
 # ----------------------------------------------------------------------------
@@ -343,7 +343,7 @@ def _this_motor(plot: Plot, named: bool) -> None:
 _MARKED: Look = {"marker": "o", "ms": 4}
 
 ROLL_MOTOR_GAIN = Curves(
-    "another motor and no controller (reduced model)",
+    "other motors without control (reduced model)",
     (
         Panel(
             "level in {} re 1 rad/s$^2$, zero-to-peak",
@@ -364,7 +364,7 @@ ROLL_MOTOR_GAIN = Curves(
             unit="rpm",
             log="x",
             legend={"loc": "lower right"},
-            below="torque per slip in N m s/rad",
+            below="motor slope in N m s/rad",
         ),
     ),
     high=2.55,

@@ -171,7 +171,7 @@ def _change(axes: "Axes", record: Record) -> None:
     axes.set_xlabel("order")
     _orders(axes, record)
     axes.legend(loc="best")
-    axes.set_title("what changes it", loc="left")
+    axes.set_title("changes", loc="left")
 
 
 def _orders(axes: "Axes", record: Record) -> None:
@@ -194,5 +194,5 @@ def zeros_of(axes: "Axes", *, whole: bool) -> None:
     """Lines at no slip and no torque, and what the plane of torque over slip is called."""
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
     axes.axvline(0.0, color=QUIET, linewidth=0.7)
-    axes.set_ylabel("torque of the motor in N m")
-    axes.set_title("all of the curve" if whole else "where it runs", loc="left")
+    axes.set_ylabel("motor torque in N m")
+    axes.set_title("full curve" if whole else "operating range", loc="left")

@@ -36,7 +36,7 @@ _MOSAIC: list[Any] = [
 ]
 #: torque of the gas acts against the motor's: what it demands is the negative one
 _TORQUES = (
-    ("gas_torque", "demand of the gas", -1.0, COLOURS[5]),
+    ("gas_torque", "gas torque demand", -1.0, COLOURS[5]),
     ("motor_torque", "motor", 1.0, _ORBIT),
 )
 
@@ -53,7 +53,7 @@ def draw_roll_cycle(result: Result) -> "Figure | None":
     )
     if torque is None or speed is None or slip is None:
         return None
-    figure = canvas(result, "one turn, and the motor on its curve", 7.2)
+    figure = canvas(result, "one turn, and its range on the motor curve", 7.2)
     panels = figure.subplot_mosaic(_MOSAIC)
     motor = table_of(result.case, "machine", "motor")
     _torques(panels["torque"], record)
@@ -96,7 +96,7 @@ def _speed(
     axes: "Axes", record: Record, quantity: Quantity, angle: np.ndarray, motor: Mapping[str, Any]
 ) -> None:
     values = rpm_of(quantity.values)
-    axes.plot(np.degrees(angle), values, color=COLOURS[0], label="crank against shell")
+    axes.plot(np.degrees(angle), values, color=COLOURS[0], label="crank relative to shell")
     mean = scalar_of(record, ROLL + "speed")
     if mean is not None:
         words = f"mean {show(rpm(mean), digits=5)} rpm"
@@ -120,12 +120,12 @@ def _curve(
         if whole:
             left, right = min(left, curve.slip[0]), max(right, curve.slip[-1])
         inside = (curve.slip >= left) & (curve.slip <= right)
-        words = "curve of the motor"
+        words = "motor curve"
         axes.plot(curve.slip[inside], curve.torque[inside], color=QUIET, linewidth=1.2, label=words)
         kept = (curve.node_slip >= left) & (curve.node_slip <= right)
         nodes, heights = curve.node_slip[kept], curve.node_torque[kept]
         if nodes.size:
-            axes.plot(nodes, heights, "o", color=TOTAL, ms=4.5, label="rows of its table", zorder=4)
+            axes.plot(nodes, heights, "o", color=TOTAL, ms=4.5, label="table", zorder=4)
         if whole:
             low = min(low, float(curve.torque[inside].min()))
             high = max(high, float(curve.torque[inside].max()))
@@ -177,7 +177,7 @@ def _whiskers(plot: Plot) -> None:
         middle, reach = 0.5 * (found.min(axis=0) + found.max(axis=0)), 0.5 * np.ptp(found, axis=0)
         plot.axes.errorbar(known[places], middle, yerr=reach, fmt="none", ecolor=TOTAL, zorder=5,
                            elinewidth=1.3, capsize=5,
-                           label="other ways to read the gas tables")  # fmt: skip
+                           label="other interpolations of the gas tables")  # fmt: skip
 
 
 def _foot(plot: Plot) -> Ends:

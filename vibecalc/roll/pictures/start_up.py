@@ -36,11 +36,11 @@ def _histories(name: str) -> tuple[Source, Source]:
 
 def _verdict(record: Record) -> str:
     if f"{_STEM}started" not in record:
-        return "crank angles from which it starts"
+        return "crank angles with a start"
     if not scalar_of(record, _STEM + "started"):
-        return "start-up: it does not start"
+        return "start-up: does not start"
     settled = scalar_of(record, _STEM + "settled")
-    return "start-up: it runs" + (" and settles" if settled else ", not yet settled")
+    return "start-up: runs" + (" and settles" if settled else ", not yet settled")
 
 
 def _peak(plot: Plot, name: str) -> None:
@@ -128,7 +128,7 @@ def _start_angles(plot: Plot) -> None:
     axes.set_yticks([])
     axes.grid(visible=False)
     share = scalar_of(record, _STEM + "start_angles/fraction")
-    words = "green: from there it starts, at rest and under its full load"
+    words = "green: starts from rest under full load"
     if share is not None:
         words += f" ({show(100.0 * share, digits=4)} % of all angles)"
     axes.set_title(words, loc="left", fontsize=8)
@@ -146,7 +146,7 @@ ROLL_START_UP = Curves(
             "",
             (Curve(_turn, look={"linewidth": 0.0, "marker": ""}), _start_angles),
             height=0.3,
-            below="crank angle of the start in deg",
+            below="crank angle at start in deg",
         ),
     ),
     high=1.55,

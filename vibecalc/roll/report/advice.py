@@ -23,7 +23,7 @@ SHELL = ROLL + "shell_acceleration"
 #: the machines of the result are changed by so many percent
 PERCENT = 10
 _STRONGEST = 3
-_THOSE = "those at zero"
+_THOSE = "the zero orders"
 #: a smaller effect, in dB, is no advice
 _WORTH = 0.005
 #: behind a change whose effect has another sign than a small change of the same kind
@@ -116,22 +116,21 @@ def advice(result: Result) -> list[str]:
     columns = (
         number("order"),
         number("level dB"),
-        Column("what lowers it"),
+        Column("measure"),
         number("by dB"),
-        Column("and raises orders"),
+        Column("raises orders"),
     )
     rows = [row for j in range(len(effects.orders)) for row in _rows(effects, j, level)]
     curved = any(_CURVED in cell for row in rows for cell in row)
     return [
-        *paragraph(f"What lowers each harmonic of the shell, for {PERCENT} % of a parameter:"),
+        *paragraph(f"Measures to lower each harmonic of the shell, {PERCENT} % of one parameter:"),
         *_all_orders(effects),
         *_missing(effects, result.record),
         *table(columns, rows),
         *paragraph(
-            "by dB: computed with the running state of the machine so changed; effects of changes "
-            "made together do not add, and larger ones are not in proportion: they need a run or a "
-            "sweep of their own; -6 dB is half the amplitude"
-            + ("; curved: a small change of the same kind does the opposite" if curved else "")
+            "by dB: each change solved anew; effects neither add nor scale, so compute combined or "
+            "larger changes by a run or sweep; -6 dB halves the amplitude"
+            + ("; curved: a small change has the opposite effect" if curved else "")
         ),
     ]
 
@@ -142,13 +141,13 @@ def _rows(effects: Changes, j: int, level: Quantity | None) -> list[list[str]]:
         "" if level is None else decibels(_at(level, int(effects.orders[j])), bool(effects.acts[j]))
     )
     if not effects.acts[j]:
-        return [[order, shown, "nothing to lower", "", ""]]
+        return [[order, shown, "zero", "", ""]]
     effect = effects.values[:, :, j]
     places = [(side, i) for i in range(effect.shape[1]) for side in (0, 1)]
     lowering = [place for place in places if effect[place] <= -_WORTH]
     strongest = sorted(lowering, key=lambda place: float(effect[place]))[:_STRONGEST]
     if not strongest:
-        return [[order, shown, "nothing that can be seen", "", ""]]
+        return [[order, shown, "no noticeable effect", "", ""]]
     rows = []
     for place, (side, i) in enumerate(strongest):
         head = [order, shown] if place == 0 else ["", ""]
@@ -206,7 +205,7 @@ def _missing(effects: Changes, record: Record) -> list[str]:
             words += [change(effects.words[i], side) for i in np.flatnonzero(gone)]
     if not words or not effects.orders.size:
         return []
-    return paragraph(f"no running state was found with {', nor with '.join(words)}", "-")
+    return paragraph(f"no running state with {', nor with '.join(words)}", "-")
 
 
 def parameter_words(name: str) -> str:

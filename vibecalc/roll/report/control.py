@@ -51,7 +51,7 @@ def status_words(record: Record, below: str) -> str:
     words = STATUS[int(status)]
     if int(status) == 1:
         return f"{words}: its levels are valid for zero delay only"
-    return words if int(status) == 0 else f"{words}: its amplitudes have no bound"
+    return words if int(status) == 0 else f"{words}: amplitudes unbounded"
 
 
 def feedback_words(gain: Any, speed: float, acceleration: Any) -> str:
@@ -71,37 +71,37 @@ def margin_words(record: Record, below: str) -> list[tuple[str, str]]:
 
     up, down = in_decibels(value("gain_margin")), in_decibels(value("gain_reduction"))
     margins = (
-        f"gain {up} up and {down} down, phase {in_phase(value('phase_margin'))}, "
+        f"gain {up} up, {down} down, phase {in_phase(value('phase_margin'))}, "
         f"delay {in_time(value('delay_margin'))}"
     )
     width, through = value("bandwidth"), value("feedthrough")
-    wide = "without end" if math.isinf(width) else f"{show(hertz(width), digits=4)} Hz"
-    bears = f"gain of one up to {wide}, {show(through, digits=4)} at high frequency; "
+    wide = "unbounded" if math.isinf(width) else f"{show(hertz(width), digits=4)} Hz"
+    bears = f"crossover {wide}, gain {show(through, digits=4)} at high frequency; rate of change "
     rate = value("command_rate")
-    bears += f"the synchronous speed changes at up to {show(rate, digits=4)} rad/s^2, "
-    bears += f"torque of the motor up to {show(value('torque_peak'), digits=4)} N*m"
+    bears += f"of the synchronous speed up to {show(rate, digits=4)} rad/s^2, "
+    bears += f"motor torque up to {show(value('torque_peak'), digits=4)} N*m"
     most = scalar_of(record, f"{CONTROL}breakdown_torque")
     if most is not None and math.isfinite(value("torque_peak")) and value("torque_peak") > most:
         bears += f", EXCEEDS the breakdown torque of {show(most, digits=4)} N*m"
-    return [("margins", margins), ("it takes", bears)]
+    return [("margins", margins), ("demand", bears)]
 
 
 def in_decibels(level: float) -> str:
-    """A factor in dB; `any` if there is no limit."""
-    return "any" if math.isinf(level) else f"{level:.2f} dB"
+    """A factor in dB; `unlimited` if it is infinite."""
+    return "unlimited" if math.isinf(level) else f"{level:.2f} dB"
 
 
 def in_phase(angle: float) -> str:
-    """An angle in degrees; `any` if there is no limit."""
-    return "any" if math.isinf(angle) else f"{np.degrees(angle):.1f} deg"
+    """An angle in degrees; `unlimited` if it is infinite."""
+    return "unlimited" if math.isinf(angle) else f"{np.degrees(angle):.1f} deg"
 
 
 def in_time(time: Any) -> str:
-    """A time in ms; `any` if there is no limit, `none` for nothing."""
+    """A time in ms; `unlimited` if it is infinite, `none` for nothing."""
     if time is None or time == 0.0:
         return "none"
     if math.isinf(time):
-        return "any"
+        return "unlimited"
     if time < _SHORT:
         return f"{show(1e6 * float(time), digits=4)} us"
     return f"{show(1e3 * float(time), digits=4)} ms"
@@ -113,25 +113,25 @@ def in_time(time: Any) -> str:
 # ----------------------------------------------------------------------------
 
 _MODEL = (
-    ("motor_gain", "torque of the motor per slip"),
-    ("motor_offset", "torque of its straight curve at no slip"),
-    ("breakdown_torque", "its largest torque"),
-    ("inertia", "inertia that it accelerates"),
-    ("shell_share", "acceleration of the shell over the crank's"),
+    ("motor_gain", "slope of the motor torque over slip"),
+    ("motor_offset", "motor torque at zero slip, linear curve"),
+    ("breakdown_torque", "breakdown torque"),
+    ("inertia", "inertia accelerated by the motor"),
+    ("shell_share", "acceleration ratio, shell / crank"),
     ("mean_torque", "mean torque of gas and friction"),
     ("speed_without", "mean speed without control"),
-    ("target_speed", "mean speed to be kept"),
+    ("target_speed", "target mean speed"),
     ("speed", "mean speed under control"),
 )
 _COLUMNS = (
     ("disturbance", "load\nN*m", False),
     ("level_without", "without\ndB", True),
     ("level", "control\ndB", True),
-    ("attenuation", "less by\ndB", True),
+    ("attenuation", "reduction\ndB", True),
     ("range/level", "full model\nwithout", True),
     ("full/level", "full model\ncontrol", True),
-    ("full/attenuation", "full\nless by", True),
-    ("full/difference", "full less\nreduced", True),
+    ("full/attenuation", "full model\nreduction", True),
+    ("full/difference", "full -\nreduced", True),
 )
 #: dB by which the reduced model may be off and still be called the same
 _CLOSE = 0.5
@@ -232,15 +232,15 @@ def _full(record: Record) -> list[str]:
     size = 0.0 if multiplier is None else float(np.max(np.abs(multiplier.values)))
     if not stable:
         return paragraph(
-            "full model: UNSTABLE under control, a disturbance grows to "
-            f"{show(size, digits=4)} of itself in each turn. It has no levels"
+            "full model: UNSTABLE under control, disturbances grow by a factor of "
+            f"{show(size, digits=4)} per turn; no levels"
         )
     slip = scalar_of(record, CONTROL + "full/largest_slip")
-    words = f"full model: stable, a disturbance shrinks to {show(size, digits=2)} in a turn"
+    words = f"full model: stable, disturbances decay to {show(100.0 * size, digits=2)} % per turn"
     if slip is not None:
-        words += f"; the slip reaches {show(rpm(slip), digits=4)} rpm in size"
+        words += f"; slip up to {show(rpm(slip), digits=4)} rpm"
     worst = int(np.argmax(np.abs(difference.values)))
-    words += _apart("; it is", difference, worst)
+    words += _apart("; level", difference, worst)
     louder = _louder(record)
     return paragraph(words + louder)
 
@@ -253,7 +253,7 @@ def _louder(record: Record) -> str:
     values = np.asarray(gained.values, dtype=float)
     orders = [str(int(order)) for order in gained.axes[0].values[values < -_CLOSE]]
     noun = "order" if len(orders) == 1 else "orders"
-    return f". The control increases {noun} {', '.join(orders)}" if orders else ""
+    return f". Control increases {noun} {', '.join(orders)}" if orders else ""
 
 
 def _range(record: Record) -> list[str]:
@@ -264,21 +264,21 @@ def _range(record: Record) -> list[str]:
     orders = difference.axes[0].values
     close = [str(int(order)) for order in orders[np.abs(values) <= _CLOSE]]
     words = (
-        f"without control the reduced model is within {_CLOSE:g} dB of the full one in orders "
+        f"without control: reduced model within {_CLOSE:g} dB of the full model in orders "
         f"{', '.join(close)}" if close else
-        f"without control the reduced model is more than {_CLOSE:g} dB off in every order"
+        f"without control: reduced model more than {_CLOSE:g} dB off in every order"
     )  # fmt: skip
-    words += _apart("; the full one is", difference, int(np.argmax(np.abs(values))))
+    words += _apart("; full model", difference, int(np.argmax(np.abs(values))))
     straight = having(record, CONTROL + "range/linear_difference", "order")
     if straight is not None:
         off = np.asarray(straight.values, dtype=float)
         here = int(np.argmax(np.abs(values)))
         sense = "above" if off[here] > 0.0 else "below"
         words += (
-            ". Were the curve of the motor straight, it would be "
-            f"{abs(off[here]):.2f} dB {sense} it in order {int(orders[here])}"
-            + _apart(", and over all orders", straight, int(np.argmax(np.abs(off))))
-            + ": the rest is the bend of that curve"
+            ". With a linear motor curve: "
+            f"{abs(off[here]):.2f} dB {sense} in order {int(orders[here])}"
+            + _apart(", over all orders", straight, int(np.argmax(np.abs(off))))
+            + "; the remainder is due to the curvature of the motor curve"
         )
     return paragraph(words)
 
@@ -287,9 +287,9 @@ def _apart(lead: str, difference: Quantity, place: int) -> str:
     value = float(difference.values[place])
     order = int(difference.axes[0].values[place])
     if not math.isfinite(value):
-        return f"{lead} without a bound to its difference from the reduced one in order {order}"
+        return f"{lead} unbounded relative to the reduced model in order {order}"
     sense = "above" if value > 0.0 else "below"
-    return f"{lead} at most {abs(value):.2f} dB {sense} the reduced one (order {order})"
+    return f"{lead} up to {abs(value):.2f} dB {sense} the reduced model (order {order})"
 
 
 # ----------------------------------------------------------------------------
@@ -313,7 +313,7 @@ def tuned(result: Result) -> list[str]:
         return []
     words = feedback_words(float(gain.values), float(speed.values), float(feedback.values))
     rows = [
-        ("found", words),
+        ("gains", words),
         ("stability", status_words(record, "tuned/")),
         *margin_words(record, "tuned/"),
     ]
@@ -324,9 +324,9 @@ def tuned(result: Result) -> list[str]:
             f"order {int(order)}: {value:.2f} dB"
             for order, value in zip(orders, taken.values, strict=False)
         ]
-        rows.append(("takes off", ", ".join(each)))
-    rows.append(("held by", _held(record)))
-    return ["  gains found under the margins asked for (reduced model)", *pairs(rows)]
+        rows.append(("reduction", ", ".join(each)))
+    rows.append(("limited by", _held(record)))
+    return ["  tuned gains within the specified margins (reduced model)", *pairs(rows)]
 
 
 def _held(record: Record) -> str:
@@ -337,9 +337,9 @@ def _held(record: Record) -> str:
     texts = []
     for name, holds, value in zip(active.axes[0].values, active.values, worth.values, strict=True):
         if holds:
-            gained = f"{0.01 * float(value):.3f} dB for one percent less of it"
+            gained = f"{0.01 * float(value):.3f} dB per 1 % relaxation"
             texts.append(f"{name} ({gained})" if value > 0.0 else str(name))
-    return ", ".join(texts) or "nothing: a minimum inside all bounds"
+    return ", ".join(texts) or "no bound: interior minimum"
 
 
 def grid(record: Record) -> list[str]:
@@ -376,12 +376,12 @@ def grid(record: Record) -> list[str]:
         for i, gain in enumerate(gains) for j, feedback in enumerate(feedbacks)
     ]  # fmt: skip
     if any("*" in row[3 + count] for row in rows):
-        notes.append(f"* more than the {show(most, digits=4)} N*m that the motor has")
+        notes.append(f"* exceeds the breakdown torque, {show(most, digits=4)} N*m")
     left = len(rows) - _MOST_ROWS
-    lines = ["  gains compared, each keeping the speed (reduced model)"]
+    lines = ["  gains compared at the same mean speed (reduced model)"]
     lines += table(columns, rows[:_MOST_ROWS])
     if left > 0:
-        lines += paragraph(f"and {left} pairs more, in the file")
+        lines += paragraph(f"{left} more pairs in the result file")
     if np.any(status == 1):
         notes.append('"no delay": stable, and its levels valid, for zero delay only')
     return lines + [line for note in notes for line in paragraph(note)]
@@ -405,7 +405,7 @@ def motor_gains(record: Record) -> list[str]:
         return []
     orders = level.axes[1].values[:_ORDERS]
     columns = (
-        number("torque per slip\nN*m*s/rad"), number("speed\nrpm"),
+        number("motor slope\nN*m*s/rad"), number("speed\nrpm"),
         *(number(f"order {int(order)}\ndB") for order in orders)
     )  # fmt: skip
     rows = [

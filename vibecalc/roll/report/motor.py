@@ -35,11 +35,11 @@ _FITTED = (
     ("rotor_leakage", "leakage of cage"),
 )
 _POINTS = (
-    ("breakdown_torque", "largest steady torque"),
-    ("breakdown_slip", "slip there"),
+    ("breakdown_torque", "breakdown torque"),
+    ("breakdown_slip", "slip at breakdown"),
     ("locked_rotor_torque", "torque at standstill"),
     ("gain", "slope at synchronous speed"),
-    ("static_answer", "minus the slope at the mean slip"),
+    ("static_answer", "quasi-static response at the mean slip"),
     ("stator_time", "time constant of the stator"),
 )
 _ENERGIES = (
@@ -47,7 +47,7 @@ _ENERGIES = (
     ("stator_copper", "heat, stator"),
     ("rotor_copper", "heat, rotor"),
     ("mechanical", "on the shaft"),
-    ("residual", "left over"),
+    ("residual", "error"),
 )
 
 
@@ -83,18 +83,18 @@ _CHANGES = Rows(
             Cells(of_shell(path), f"{words}\ndB", level, right=True)
             for path, words in (
                 (_MOTOR + "table_level", "slip table"),
-                (_MOTOR + "fit_change", "the fit"),
+                (_MOTOR + "fit_change", "change by fit"),
                 (_MOTOR + "static_level", "steady curve"),
-                (_MOTOR + "dynamics_change", "transients"),
-                (ROLL + "level/shell_acceleration", "with them"),
+                (_MOTOR + "dynamics_change", "by transients"),
+                (ROLL + "level/shell_acceleration", "with transients"),
             )
         ),
-        Cells(_MOTOR + "torque_answer", "answer\nN*m*s/rad", _size, right=True),
+        Cells(_MOTOR + "torque_answer", "response\nN*m*s/rad", _size, right=True),
         Cells(_phase, "phase\ndeg", lambda value, _: f"{value:.1f}", right=True),
     ),
     right=True,
-    above="levels of the shell acceleration; what the fitted curve in place of the table changes, "
-    "and what the transients change",
+    above="levels of the shell acceleration and their changes by the fitted curve instead of the "
+    "table and by the transients",
 )  # fmt: skip
 
 
@@ -108,18 +108,16 @@ def _changes(record: Record) -> list[str]:
 
 def _summary(record: Record, acts: np.ndarray) -> str:
     change = having(record, _MOTOR + "dynamics_change", "order")
-    words = (
-        "answer: torque for a harmonic of the crank's speed about the mean slip; with the steady "
-    )
+    words = "response: torque per harmonic of the crank speed about the mean slip; quasi-static: "
     still = scalar_of(record, _MOTOR + "static_answer")
-    words += "curve it is minus its slope at every order"
+    words += "minus the slope of the steady curve"
     if still is not None:
         words += f", {show(abs(still), digits=4)} N*m*s/rad at 180 deg"
     if change is not None and acts.any():
         sizes = np.where(acts & np.isfinite(change.values), np.abs(change.values), 0.0)
         top = int(np.argmax(sizes))
         order = int(change.axes[0].values[top])
-        words += f"; the transients change order {order} most, by {decibels(change.values[top])} dB"
+        words += f"; transients change order {order} most, by {decibels(change.values[top])} dB"
     speeds = [scalar_of(record, _MOTOR + f"{name}_speed") for name in ("table", "static")]
     mean = scalar_of(record, ROLL + "speed")
     named = [
@@ -151,7 +149,7 @@ def _parameters(record: Record) -> list[str]:
             known = [_percent(one.get(key)) for one in spreads]
             rows.append([f"{words} {cage}".rstrip(), shown, quantity.unit, *known])
     columns = (Column("fitted parameter"), number("value"), Column("unit"),
-               number("for 1 % in\nthe table %"), number("nothing\nassumed %"))  # fmt: skip
+               number("error for 1 %\nin the table %"), number("nothing assumed\n%"))  # fmt: skip
     return table(columns, rows)
 
 
@@ -190,7 +188,7 @@ def _rows(record: Record) -> list[str]:
     worst, rms = (scalar_of(record, f"{_MOTOR}{name}_difference") for name in ("worst", "rms"))
     if not lines or worst is None or rms is None:
         return lines
-    words = f"fitted rows are met within {100.0 * worst:.3g} %, {100.0 * rms:.3g} % rms"
+    words = f"fitted rows: error up to {100.0 * worst:.3g} %, r.m.s. {100.0 * rms:.3g} %"
     return lines + paragraph(words)
 
 
@@ -211,7 +209,7 @@ def _points(record: Record) -> list[str]:
         if times is not None:
             each = ", ".join(show(one, times.error_estimate, 4) for one in times.values)
             rows.append([f"time constants of the rotor, {words}", each, times.unit, ""])
-    columns = (Column("of the fitted motor"), number("value"), Column("unit"),
+    columns = (Column("fitted motor"), number("value"), Column("unit"),
                Column("also"))  # fmt: skip
     return table(columns, rows) if rows else []
 

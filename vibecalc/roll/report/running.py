@@ -52,11 +52,11 @@ def _lag(value: Any, _error: float) -> str:
 
 _STATE = (
     ("speed", "mean speed of the crank"),
-    ("speed_variation", "largest less smallest speed, over it"),
+    ("speed_variation", "cyclic irregularity, (max - min) / mean"),
     ("mean_slip", "mean slip (% of synchronous speed)"),
     ("largest_slip", "largest slip in a turn"),
     ("mean_torque", "mean torque of the motor"),
-    ("breakdown_margin", "breakdown torque, above that mean"),
+    ("breakdown_margin", "breakdown torque / mean torque - 1"),
     ("shell_drift", "mean speed of the shell"),
     ("angular_momentum", "angular momentum about the crank axis"),
 )
@@ -65,7 +65,7 @@ _WORK = (
     ("gas", "to gas"),
     ("friction", "to friction"),
     ("mounts", "to mounts"),
-    ("residual", "left over"),
+    ("residual", "error"),
 )
 _DIGITS = 4
 _MULTIPLIERS = 4
@@ -83,11 +83,11 @@ def roll(result: Result) -> Section | None:
     levels = rows_of(record, _LEVELS)[0]
     blocks = [_state(result), _stability(record), levels, forces(record)]
     details = {
-        "balances of a turn": _balances(record),
+        "energy balance of a turn": _balances(record),
         "further harmonics": rows_of(record, _MORE)[0],
-        "ways to read the gas tables": _interpolations(result),
+        "interpolation of the gas tables": _interpolations(result),
         "levels by other methods": _methods(result),
-        "what lowers each harmonic": advice(result),
+        "measures to lower each harmonic": advice(result),
     }
     return section("Roll of the shell", blocks, details, shown)
 
@@ -125,14 +125,14 @@ def _stability(record: Record) -> list[str]:
     if largest is None:
         return []
     if abs(largest - 1.0) <= record[ROLL + "largest_multiplier"].error_estimate:
-        words = "neither stable nor unstable: a disturbance stays as large as it is"
+        words = "marginally stable: disturbances neither grow nor decay"
     elif largest > 1.0:
-        words = f"UNSTABLE: a disturbance grows to {show(largest, digits=4)} of itself in a turn"
+        words = f"UNSTABLE: disturbances grow by a factor of {show(largest, digits=4)} per turn"
     else:
-        words = f"stable: of a disturbance {show(100.0 * largest, digits=3)} % is left after a turn"
+        words = f"stable: disturbances decay to {show(100.0 * largest, digits=3)} % in a turn"
         if largest > _SLOW:
             turns = math.ceil(math.log(0.01) / math.log(largest))
-            words += f", 1 % after {turns} turns"
+            words += f", to 1 % in {turns} turns"
     quantity = having(record, ROLL + "multiplier", "multiplier")
     if quantity is not None:
         values = np.asarray(quantity.values, dtype=complex)
@@ -142,7 +142,7 @@ def _stability(record: Record) -> list[str]:
     trivial = scalar_of(record, ROLL + "trivial_multipliers")
     if trivial:
         what = "phase" if trivial == 1 else "phase, and angle and momentum of a free shell"
-        words += f"; {int(trivial)} more {'is' if trivial == 1 else 'are'} 1 in any case ({what})"
+        words += f"; {int(trivial)} more equal{'s' * (trivial == 1)} 1 by symmetry ({what})"
     return paragraph(words)
 
 
@@ -155,13 +155,11 @@ def _complex(value: complex) -> str:
 
 
 def _balances(record: Record) -> list[str]:
-    lines = one_row(record, ROLL + "energy/", _WORK, "balances of a turn", "energy J")
+    lines = one_row(record, ROLL + "energy/", _WORK, "energy balance", "over a turn J")
     strayed = record.quantities.get(ROLL + "momentum_residual")
     if strayed is not None:
         size = show(float(strayed.values), strayed.error_estimate)
-        lines += paragraph(
-            f"angular momentum strays by {size} {strayed.unit} from what the mounts explain"
-        )
+        lines += paragraph(f"error of the angular momentum balance: {size} {strayed.unit}")
     return lines
 
 
@@ -206,8 +204,8 @@ _LEVELS = Rows(
         ("motor_torque", "motor torque\nN*m"),
     ),
     right=True,
-    note="amplitudes zero-to-peak, levels re 1 of their unit; lag phi of C cos(n W t - phi), with "
-    "t = 0 where the crank angle is 0",
+    note="amplitudes 0-to-peak, levels dB re 1 of the unit; lag phi in C cos(n W t - phi), t = 0 "
+    "at crank angle 0",
 )
 _MORE = Rows(
     "order", "order",
@@ -226,7 +224,7 @@ _MORE = Rows(
 # ----------------------------------------------------------------------------
 
 _FORCES = (("rod_force", "rod"), ("wall_force", "wall"))
-_PLACES = {"rod_force": "in the rods", "wall_force": "on the walls"}
+_PLACES = {"rod_force": "rod force", "wall_force": "wall force"}
 
 
 def forces(record: Record) -> list[str]:
@@ -235,14 +233,14 @@ def forces(record: Record) -> list[str]:
     if not lines:
         return []
     errors = [
-        f"the force {place} by {_worst(error)}" + _at(record, name)
+        f"{place} {_worst(error)}" + _at(record, name)
         for name, place in _PLACES.items()
         if (error := having(record, f"{ROLL}classical/{name}_error", "cylinder")) is not None
     ]
     if errors:
         lines += paragraph(
-            "what constant speed and a fixed shell cost: they miss " + ", ".join(errors)
-            + " (largest error over a turn, over the largest force)"
+            "error by assuming constant speed and a fixed shell: " + "; ".join(errors)
+            + " (largest error over a turn / peak force)"
         )  # fmt: skip
     return lines + shaking(record)
 
@@ -255,7 +253,7 @@ _LARGEST = Rows(
         for path, head, how in (
             (f"{ROLL}{name}_peak", f"{words} N", _amplitude),
             (f"{ROLL}classical/{name}_peak", "at constant speed N", _amplitude),
-            (f"{ROLL}classical/{name}_error", "off by up to %", _share),
+            (f"{ROLL}classical/{name}_error", "error up to %", _share),
         )
     ],
 )  # fmt: skip
@@ -277,10 +275,10 @@ def shaking(record: Record) -> list[str]:
     level = having(record, f"{ROLL}level/shell_acceleration", "order")
     rolls = level is not None and bool(np.any(np.isfinite(level.values)))
     balanced = all(word.startswith("no ") for word in words)
-    text = f"at constant speed the masses shake the body with {' and '.join(words)}"
+    text = f"shaking at constant speed: {' and '.join(words)}"
     if balanced:
-        text += ": balanced perfectly by the textbook" + (", and it rolls" if rolls else "")
-    return paragraph(text + "; largest over a turn, about the reference point")
+        text += ", fully balanced" + (", but the body rolls" if rolls else "")
+    return paragraph(text + "; peak over a turn, about the reference point")
 
 
 def _worst(error: Quantity) -> str:
@@ -298,7 +296,7 @@ def _at(record: Record, name: str) -> str:
     if size[place] <= by_order.error_estimate:
         return ""
     order = int(by_order.axes[1].values[place[1]])
-    return f", {show(size[place], digits=3)} {by_order.unit} of it at order {order}"
+    return f", {show(size[place], digits=3)} {by_order.unit} at order {order}"
 
 
 # ----------------------------------------------------------------------------
@@ -328,7 +326,7 @@ def _interpolations(result: Result) -> list[str]:
     )
     columns = [Cells(lambda _: shown, "{}dB", in_level, right=True)]
     columns += [Cells(ROLL + "interpolation/spread", "spread\ndB", in_level, right=True)]
-    above = "shell acceleration with each way to read the gas tables between their rows"
+    above = "shell acceleration by interpolation of the gas tables"
     lines, _ = rows_of(record, Rows("order", "order", columns, right=True, above=above))
     if spread is not None and acts.any():
         lines += paragraph(_open(np.asarray(spread.values), orders, acts))
@@ -338,10 +336,10 @@ def _interpolations(result: Result) -> list[str]:
 def _open(spread: np.ndarray, orders: np.ndarray, acts: np.ndarray) -> str:
     chosen = acts & np.isfinite(spread)
     if not chosen.any():
-        return "the tables leave nothing open that can be determined"
+        return "no dependence on the interpolation can be determined"
     sizes = np.where(chosen, spread, 0.0)
     top = int(np.argmax(sizes))
-    words = f"the tables leave a level open by up to {decibels(float(sizes[top]))} dB"
+    words = f"levels depend on the interpolation by up to {decibels(float(sizes[top]))} dB"
     words += f" (order {int(orders[top])})"
     wide = orders[chosen & (spread >= _SMALL)]
     if wide.size and wide.min() > orders[chosen].min():
@@ -363,7 +361,7 @@ def _methods(result: Result) -> list[str]:
         cells = [_miss(float(one)) if shows else "-"
                  for one in differences.values[:, i]]  # fmt: skip
         rows.append([str(int(orders[i])), *cells])
-    lines = paragraph(f"level of the shell acceleration by other methods, less that by {method}")
+    lines = paragraph(f"level of the shell acceleration by other methods, difference from {method}")
     below = []
     misses = np.abs(differences.values[:, acts])
     if misses.size:

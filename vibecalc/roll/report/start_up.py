@@ -35,7 +35,7 @@ _WORK = (
     ("friction", "to friction"),
     ("mounts", "to mounts"),
     ("stored", "stored"),
-    ("residual", "left over"),
+    ("residual", "error"),
 )
 _DIGITS = 4
 
@@ -46,7 +46,7 @@ def start_up(result: Result) -> Section | None:
     shown = frozenset(path for path in record if path.startswith(_STEM))
     energies = one_row(record, _STEM + "energy/", _WORK, "balance", "energy J")
     blocks = [_verdict(result), _steady(record), _peaks(record), _load(record), _angles(result)]
-    return section("Start-up", blocks, {"energies of the start": energies}, shown)
+    return section("Start-up", blocks, {"energy balance of the start": energies}, shown)
 
 
 def _verdict(result: Result) -> list[str]:
@@ -56,17 +56,17 @@ def _verdict(result: Result) -> list[str]:
         return []
     options = table_of(result.case, "response", "start_up")
     speed = scalar_of(record, _STEM + "running_speed")
-    turns = "" if not speed else f"{show(rpm(speed), digits=_DIGITS)} rpm in its last turn"
+    turns = "" if not speed else f"{show(rpm(speed), digits=_DIGITS)} rpm in the last turn"
     if not started:
         duration = options.get("duration")
         within = f" within {duration:g} s" if isinstance(duration, int | float) else ""
         remark = f"; it makes {turns}" if turns else "; it does not turn over"
-        return paragraph(f"IT DOES NOT START{within}{remark}. The reason stands in the warnings.")
+        return paragraph(f"IT DOES NOT START{within}{remark}. See the warnings.")
     to_speed, words = scalar_of(record, _STEM + "time_to_speed"), "runs"
     if to_speed == 0.0:
         words = "started at speed"
     elif to_speed is not None and math.isfinite(to_speed):
-        words = f"reaches its speed after {show(to_speed, digits=4)} s"
+        words = f"reaches speed after {show(to_speed, digits=4)} s"
     words += f"; {turns}" if turns else ""
     return paragraph(words + "; " + _settling(record, options.get("settled", 0.01)))
 
@@ -98,7 +98,7 @@ def _steady(record: Record) -> list[str]:
         ["half range of the shell", last.unit, show(last.values[-1], digits=_DIGITS),
          show(half, digits=_DIGITS)],
     ]  # fmt: skip
-    columns = (Column("where it ends"), Column("unit"), number("last turn"),
+    columns = (Column("final state"), Column("unit"), number("last turn"),
                number("periodic motion"))  # fmt: skip
     return table(columns, rows)
 
@@ -115,7 +115,7 @@ def _peaks(record: Record) -> list[str]:
         factor = convert(1.0, quantity.unit, unit)
         after = "" if when is None else show(when, digits=4)
         rows.append([words, show(value * factor, quantity.error_estimate * factor), unit, after])
-    columns = (Column("largest on the way"), number("value"), Column("unit"), number("after s"))
+    columns = (Column("peak during start"), number("value"), Column("unit"), number("at s"))
     return table(columns, rows) if rows else []
 
 
@@ -139,8 +139,8 @@ def _short(value: Any, _error: float) -> str:
 _LOAD = Rows(
     "load_step", "",
     (
-        Cells(_begins, "load from\ns", _short, right=True),
-        Cells("factor", "times", _short, right=True),
+        Cells(_begins, "from\ns", _short, right=True),
+        Cells("factor", "load\nfactor", _short, right=True),
         Cells("speed", "speed\nrpm", lambda v, _: show(rpm(v)) if v else "-", right=True),
         Cells("shell_angle_peak", "shell angle\nmrad",
               lambda v, error: show(1e3 * v, 1e3 * float(error), _DIGITS), right=True),
@@ -154,7 +154,7 @@ _LOAD = Rows(
         ),
     ),
     "response/start_up/load",
-    note="speed: mean of the last whole turn under that load; then the largest values",
+    note="speed: mean of the last whole turn under that load; other columns: peaks",
 )  # fmt: skip
 
 
@@ -168,7 +168,7 @@ def _angles(result: Result) -> list[str]:
     options = table_of(result.case, "response", "start_up")
     within = options.get("start_within", options.get("duration"))
     time = f" within {within:g} s" if isinstance(within, int | float) else ""
-    words = f"from rest under its full load it starts{time} "
+    words = f"starts from rest under full load{time} "
     if fraction >= 1.0:
         return paragraph(words + "from every crank angle")
     if fraction <= 0.0:
