@@ -284,9 +284,9 @@ def test_weights_that_meet_at_one_place_are_said_to_be_one(tmp_path: Path) -> No
     )
     place = record["balance/weight/position"].values[:, 0]
     assert place == pytest.approx(0.1, abs=1e-6)
-    assert "a, b stand at one place: only their sum counts" in said
+    assert "a, b coincide: only their sum counts" in said
     _, said = said_of(tmp_path, f'counterweights = [{{ name = "a", {both} }}]')
-    assert "stand at one place" not in said
+    assert "coincide" not in said
 
 
 @pytest.mark.parametrize(
@@ -325,7 +325,7 @@ def test_an_order_that_is_balanced_already_is_called_so(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     (loaded,) = load_checked([path])
     said = " ".join(render_report(execute(loaded)).split())
-    assert "order 1 is balanced already, without weights" in said
+    assert "order 1 is balanced without weights" in said
     assert "no weight lessens" not in said
 
 

@@ -60,7 +60,7 @@ def test_the_best_of_all_combinations(tmp_path: Path) -> None:
     assert np.allclose(objective[: len(found)], sorted(found.values()), rtol=1e-12)
     assert np.all(np.isinf(objective[len(found) :]))
     text = render_report(result, full=True)
-    assert "all 18 combinations examined, 18 points in all" in text
+    assert "all 18 combinations examined (18 points in total)" in text
     assert "middle" in text
 
 

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from vibecalc.absorber.asked_tables import AbsorberResponse, Tuning, Vary
     from vibecalc.schema import Case, Machine
 
-_NO_ORDERS = "none: over the frequency"
+_NO_ORDERS = "none (frequency domain)"
 #: responses to excitations that are 1 at rest, or at high frequency, whatever the absorber
 _OVER_ONE = (
     ("force", "displacement"), ("force", "acceleration"), ("force", "transmitted_force"),
@@ -179,13 +179,13 @@ def _tuning(case: "Case") -> Stage:
         (options.chart is not None, "chart/"),
         (one and free and not (least_squares or banded), "map/"),
     )
-    chart, cost = options.chart, "Newton's method, some tens of evaluations of a peak"
+    chart, cost = options.chart, "Newton's method, tens of peak evaluations"
     points = 0 if chart is None else len(chart.primary_damping) * chart.mass_ratio.points
     searches = 1.0 + 0.8 * len(options.compare) + len(options.mistuning) / 3.0
     searches += options.sensitivity + (options.bounds is not None)
     work: Work = (round(searches, 1), "peak_search"), (points, "chart_point")
     if several:
-        cost = "descents from many starts, then Newton's method"
+        cost = "multi-start descent, then Newton's method"
         work = (1, "several"), (len(options.mistuning) / 3.0, "peak_search")
     elif points:
         cost += f"; the same for {points} points of the chart at once"

@@ -15,7 +15,7 @@ FILE = typer.Argument(metavar="RESULT", help="Result file (HDF5).")
 
 
 def info(result: Path = FILE) -> None:
-    """Say what a result file holds: its case, and each quantity with unit, axes and size."""
+    """List the contents of a result file: its case, each quantity with unit, axes and size."""
     from vibecalc.core.report.contents import contents_object, render_contents
     from vibecalc.core.results.store import read_result
 

@@ -41,9 +41,9 @@ def check_rows(case: "Case") -> tuple[list[dict[str, Any]], dict[str, Any]]:
     time = time_in_words(seconds)
     # what no estimate can know: whether a search finds a way to keep the limits
     searched = case.optimisation is not None and case.limit
-    more = "; some ten times as long where the limits cannot all be kept" if searched else ""
+    more = "; about ten times as long if not all limits can be met" if searched else ""
     megabytes = 10 * round(needs.megabytes / 10.0)
-    text = f"takes {time} on one thread and about {megabytes} MB{more}"
+    text = f"estimate: {time} on one thread, about {megabytes} MB{more}"
     return rows, {"time": time, "megabytes": needs.megabytes, "text": text}
 
 
