@@ -16,11 +16,11 @@ EXIT_INTERRUPTED = 130
 EXIT_CODES = {
     EXIT_FINE: "success",
     EXIT_DIFFERS: "differs, a reference or limit is missed, or a limit undecided",
-    EXIT_USAGE: "usage or case file error",
+    EXIT_USAGE: "usage or case file",
     EXIT_NUMERICAL: "no trustworthy number exists",
     EXIT_POINTS_FAILED: "some points of a sweep failed",
-    EXIT_INTERRUPTED: "interrupted, or output pipe closed",
-    EXIT_BUG: "internal error (bug)",
+    EXIT_INTERRUPTED: "interrupted, or broken pipe",
+    EXIT_BUG: "a bug",
 }
 
 KeyPath = tuple[str | int, ...]

@@ -356,7 +356,7 @@ class FrictionDamped:
     best_friction_ratio: Any = named("", "", "optimum friction ratio",
         exempt=PLACE)  # fmt: skip
     best_largest: Any = named("", "", "largest response with the optimum friction")
-    curve: Any = q("frequency_ratio", "", "response of the primary with the damper, as a ratio",
+    curve: Any = q("frequency_ratio", "", "response of the primary with the damper, over T0 / K1",
         PEAK, curve="friction_damper")  # fmt: skip
 
 
@@ -438,7 +438,7 @@ AXES = MOTION_AXES | {
     "temperature": ("K", "temperature of the oil"),
     "swing": ("rad", "angle of swing"),
     "steady_swing": ("rad", "first sine of the swing"),
-    "order_ratio": ("", "order of the excitation over the tuned one"),
+    "order_ratio": ("", "order of the excitation over the required one"),
 }
 #: axis name -> names of its entries, where they are the same in every case
 NAMES = {

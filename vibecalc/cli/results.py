@@ -111,7 +111,7 @@ def _export_line(case: Path, output: Path, settings: Sequence[str], unset: Seque
     paths, left = named(f"{EXCHANGE}:export_shaft_line")(loaded, output)
     say_written(*paths, not_carried=list(left))
     if left:
-        note(f"not carried: {', '.join(left)}")
+        note(f"not exported: {', '.join(left)}")
 
 
 def _entry(text: str) -> int | float | str:

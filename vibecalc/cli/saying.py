@@ -17,7 +17,7 @@ from vibecalc.core.results.visible import put, visible
 _COMMON = {
     "json": typer.Option(False, "--json", help="Print JSON only, on stdout."),
     "quiet": typer.Option(
-        False, "--quiet", "-q", help="Print problems only, and JSON with --json."
+        False, "--quiet", "-q", help="Print problems only, and JSON if requested."
     ),
     "verbose": typer.Option(
         False, "--verbose", "-v", help="Log each step with its time on stderr."

@@ -142,7 +142,8 @@ def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:
 # ----------------------------------------------------------------------------
 
 #: keys of a plan row, in the order shown, with their headings
-ROWS = {"why": "why", "parts": "reads", "orders": "orders", "cost": "cost", "quantities": "makes"}
+ROWS = {"why": "reason", "parts": "inputs", "orders": "orders", "cost": "cost",
+        "quantities": "results"}  # fmt: skip
 
 
 def plan_object(
@@ -174,8 +175,8 @@ def render_plan(
         shown = {**stage, "quantities": _by_folder(stage.get("quantities", ""))}
         lines += pairs([(name, shown[key]) for key, name in ROWS.items() if shown.get(key)])
     counted = sum(row.kind == "published" and not row.known_difference for row in case.reference)
-    words = f"{many(len(case.reference), 'reference')}, {counted} of them counted; "
-    words += f"{many(len(case.limit), 'limit')} in [[limit]]"
+    words = f"{many(len(case.limit), 'limit')}, "
+    words += f"{many(len(case.reference), 'reference number')} ({counted} counted)"
     return "\n".join([*lines, "", str(total["text"]), words])
 
 
