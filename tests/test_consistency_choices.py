@@ -168,7 +168,7 @@ variables ="""
         assert not any(np.all(other <= one) and np.any(other < one) for other in signed)
     assert np.min(found[:, 1]) == pytest.approx(110.0 * GRAVITY / (4 * 140e3), rel=1e-12)
     said = render_report(result, full=True)
-    assert "no objective can be better without another being worse" in said and "soft" in said
+    assert "no objective improves without another getting worse" in said and "soft" in said
 
 
 @pytest.mark.parametrize(("case", "change", "place", "words"), refusals("choices"))
