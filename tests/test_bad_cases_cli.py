@@ -108,7 +108,7 @@ max = "1 N"
     assert outcome.code == 3
     assert "no values of the variables between their bounds keep all limits" in outcome.err
     words = " ".join(outcome.out.split())
-    assert "these come nearest, and all results are theirs: machine.crank_train." in words
+    assert "these come nearest, all results are for them: machine.crank_train." in words
     assert "reciprocating_mass = 400 g" in words
     assert re.search(r"excitation/ ?force_peak at direction=\w is [\d.]+ N, at most 1 N is", words)
     assert Path("outputs/narrow.h5").is_file()

@@ -137,7 +137,7 @@ RESONANT = undamped().replace('"500 rad/s"', repr((ARMS * 1e4 / INERTIA) ** 0.5)
             ],
             (
                 "find 'thirty': no machine.mounts.each.stiffness between 1000 N/m and 100000 N/m",
-                "to 188.496 rad/s: it goes from 10.0",
+                "= 188.496 rad/s: minimum 10.0",
                 "nearest at 100000 N/m with 100.3",
                 "find 'bound': no minimum of isolation/pitch/natural_frequency",
                 "is at the bound 1000 N/m",
@@ -193,7 +193,7 @@ def test_what_the_others_found_is_kept_and_the_rest_missed(tmp_path: Path) -> No
     assert [limit.satisfied for limit in limits if "thirty" in limit.quantity] == [False, False]
     reported = [line for line in misses(references, limits) if "thirty" in line]
     assert len(reported) == 3 and all("nothing found" in line for line in reported)
-    assert "nothing found for thirty: see the warnings" in render_report(result)
+    assert "no solution for thirty: see the warnings" in render_report(result)
     assert as_json(result)["references"][1]["computed"] is None
     outcome = checked(tmp_path, GOOD, NONE, rows, verb="verify")
     assert outcome.code == 1 and "find/thirty/value" in outcome.err + outcome.out

@@ -74,7 +74,7 @@ def test_a_section_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
     assert "one.h5: the result is whole" in found.err and "IndexError: nothing there" in found.err
     assert "vibecalc.excitation.report:excitation" in found.err and "bug in vibecalc" in found.err
     short = Path("one.txt").read_text(encoding="utf-8")
-    assert "Parts that could not be made" in short
+    assert "Parts left out because of a bug" in short
     headings = [row for row in text.splitlines() if set(row) == {"-"}]
     assert len([row for row in short.splitlines() if set(row) == {"-"}]) >= len(headings) - 1
     _stands()
@@ -191,7 +191,7 @@ def test_python_has_the_result_and_its_file(monkeypatch: pytest.MonkeyPatch) -> 
         failed = rf"^{words}: the result is whole.*\n  vibecalc\.excitation\.report:excitation: Ind"
         with pytest.raises(Defect, match=failed) as error:
             api.report(source)
-        assert "Parts that could not be made" in error.value.made
+        assert "Parts left out because of a bug" in error.value.made
         with pytest.raises(Defect, match=rf"^{words}: the result is whole"):
             api.report(source, html=True)
     monkeypatch.setattr("vibecalc.core.report.calculation.html_document", _broken)

@@ -123,7 +123,7 @@ def test_check_computes_nothing_and_shows_the_plan() -> None:
     outcome = command("check", GENERATOR)
     assert outcome.code == 0
     assert not list(Path().iterdir())
-    for word in ("kinematics", "run_up", "isolation/pitch: inertia", "42 references"):
+    for word in ("kinematics", "run_up", "isolation/pitch: inertia", "42 reference numbers"):
         assert word in outcome.out
     plan = json.loads(command("check", GENERATOR, "--json").out)[0]["plan"]
     assert [row["stage"] for row in plan] == ["kinematics", "excitation", "isolation", "run_up"]

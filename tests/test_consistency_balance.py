@@ -256,7 +256,7 @@ def test_without_forces_the_couple_alone_is_balanced(tmp_path: Path) -> None:
     assert record["balance/weight/unbalance"].values == pytest.approx(expected, rel=1e-12)
     assert record["balance/weight/phase"].values == pytest.approx(0.0, abs=1e-12)
     assert record["balance/after/force"].values[0] > record["balance/before/force"].values[0]
-    assert "order 1 is fully balanced, and for its force, not counted" in said
+    assert "order 1 is fully balanced, except for its force (not counted)" in said
 
 
 @pytest.mark.parametrize(
@@ -284,17 +284,17 @@ def test_weights_that_meet_at_one_place_are_said_to_be_one(tmp_path: Path) -> No
     )
     place = record["balance/weight/position"].values[:, 0]
     assert place == pytest.approx(0.1, abs=1e-6)
-    assert "a, b stand at one place: only their sum counts" in said
+    assert "a, b coincide: only their sum counts" in said
     _, said = said_of(tmp_path, f'counterweights = [{{ name = "a", {both} }}]')
-    assert "stand at one place" not in said
+    assert "coincide" not in said
 
 
 @pytest.mark.parametrize(
     ("bounds", "words"),
     [
         (("", ""), "squares of the unbalances To"),
-        (("0.1", "0.2"), "unbalances, each as a share of its bound To"),
-        (("", "0.2"), "share of its bound, or of the largest bound where it has none"),
+        (("0.1", "0.2"), "unbalances, each as a share of its maximum To"),
+        (("", "0.2"), "share of its maximum, or of the largest maximum where it has none"),
     ],
 )
 def test_which_of_equally_good_weights_are_given(
@@ -325,7 +325,7 @@ def test_an_order_that_is_balanced_already_is_called_so(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     (loaded,) = load_checked([path])
     said = " ".join(render_report(execute(loaded)).split())
-    assert "order 1 is balanced already, without weights" in said
+    assert "order 1 is balanced without weights" in said
     assert "no weight lessens" not in said
 
 

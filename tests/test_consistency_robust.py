@@ -57,7 +57,7 @@ def test_a_limit_that_is_linear_in_what_scatters(tmp_path: Path) -> None:
     assert left["nominal"] == pytest.approx(1.0 - 1.0 / share, rel=1e-9)
     assert left["mean"] - 2.0 * left["deviation"] == pytest.approx(0.0, abs=1e-9)
     said = render_report(result)
-    assert "machine.body.mass evenly within +-10 %. 64 machines" in said
+    assert "machine.body.mass uniform within +-10 %. 64 samples" in said
     assert "mean and 2 deviations" in said
 
 

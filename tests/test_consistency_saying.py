@@ -61,8 +61,8 @@ def test_every_command_is_tried() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_the_options_are_on_every_page(name: str) -> None:
     page = command(name, "--help").out
-    assert "Print nothing but problems, and JSON if asked for." in page
-    assert "Tell each step with its time, on stderr." in page
+    assert "Print problems only, and JSON if requested." in page
+    assert "Log each step with its time on stderr." in page
     assert ("--json" in page) == (name in CALLS)
 
 

@@ -390,6 +390,6 @@ def test_the_command_line(tmp_path: Path) -> None:
     assert len(outcome.out.splitlines()) == 3
     assert "excitations" in outcome.err
     outcome = command("export", case, "-o", str(tmp_path / "again.json"))
-    assert outcome.err == "not carried: excitations\n"
+    assert outcome.err == "not exported: excitations\n"
     assert command("export", case, "-o", str(tmp_path / "again.json")).code == 2
     assert command("new", "--from", case).code == 2

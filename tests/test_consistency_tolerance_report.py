@@ -66,7 +66,7 @@ def test_what_more_than_rounding_hides_is_missed_and_unresolved() -> None:
     found = summarised(unknown, 1e-8)
     assert (found.held, found.met, found.exempt) == (1, 0, ())
     text = " ".join(render_report(result(unknown), full=True).split())
-    assert "rtol = 1e-08 reached by 0 of 1 results, the worst is unresolved" in text
+    assert "rtol = 1e-08 met by 0 of 1 results; largest relative error unresolved" in text
     assert "196 +-722" in plain_summary(result(unknown))
     warning = tolerance_warning(unknown, 1e-8)
     assert warning is not None and "excitation/couple_peak (unresolved)" in warning

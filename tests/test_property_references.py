@@ -219,7 +219,7 @@ def test_what_would_decide_follows_from_the_case_and_the_stage() -> None:
         return verdicts_of(result_of(record, generator_case(limit=[row], **tables)))[0].decided_by
 
     few = decided_by("excitation/couple_peak", excitation={"orders": 1})
-    assert few == "more orders than [excitation] orders = 1 keeps"
+    assert few == "more orders in [excitation] (now 1)"
     assert "a smaller [accuracy] rtol" in decided_by("excitation/couple_peak", excitation={})
     assert "rtol" in decided_by("response/torsion/torque_peak", excitation={"orders": 1})
 

@@ -193,8 +193,11 @@ def test_where_no_point_keeps_all_limits_the_least_broken_one_is_named() -> None
     found = least_broken(sweep, judged.limits)
     assert found is not None and (found[0], found[2]) == (1, pytest.approx(0.5))
     text = "\n".join(limit_lines(sweep, judged))
-    assert "No computed point keeps all limits." in text
-    assert "closest at stiffness = 0.002 N/mm: peak, force, isolation is 50.0 %" in text
+    assert "No computed point meets all limits." in text
+    assert (
+        "closest: stiffness = 0.002 N/mm, peak, force, isolation violates its limit by 50.0 %"
+        in text
+    )
 
 
 def test_a_limit_on_what_is_not_kept_is_said() -> None:

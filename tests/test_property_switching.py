@@ -122,7 +122,7 @@ def test_dropped_orders_are_dropped_and_within_the_errors(orders: int) -> None:
     apart = np.abs(energy.values - truth.values).max()
     assert apart > 1e4 * truth.error_estimate
     assert energy.error_estimate < 300.0 * apart
-    assert "more help ([excitation] orders)" in (tolerance_warning(few, 1e-9) or "")
+    assert "add orders ([excitation] orders)" in (tolerance_warning(few, 1e-9) or "")
     assert "undamped" not in (tolerance_warning(few, 1e-9) or "")
 
 

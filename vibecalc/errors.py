@@ -14,12 +14,12 @@ EXIT_INTERRUPTED = 130
 
 #: what each means, for people
 EXIT_CODES = {
-    EXIT_FINE: "fine",
+    EXIT_FINE: "success",
     EXIT_DIFFERS: "differs, a reference or limit is missed, or a limit undecided",
     EXIT_USAGE: "usage or case file",
     EXIT_NUMERICAL: "no trustworthy number exists",
     EXIT_POINTS_FAILED: "some points of a sweep failed",
-    EXIT_INTERRUPTED: "interrupted, or nobody reads the output any more",
+    EXIT_INTERRUPTED: "interrupted, or broken pipe",
     EXIT_BUG: "a bug",
 }
 

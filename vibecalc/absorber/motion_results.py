@@ -62,7 +62,7 @@ def _entries(
         head = Headline(f"{words}, largest", read, pick, at=f"{MOTION_ROOT}/largest_at/{name}",
                         unless=banded)  # fmt: skip
         yield entry(f"{root}/largest/{name}", axis, unit,
-                    f"largest {words} within the frequencies drawn{without}", PEAK,
+                    f"largest {words} over the frequency range{without}", PEAK,
                     headline=head if first and not without else None)  # fmt: skip
         yield entry(f"{root}/largest_at/{name}", axis, "Hz",
                     f"frequency at which that is{without}", exempt=PLACE)  # fmt: skip
@@ -90,18 +90,18 @@ BAND_ENTRIES = (
     entry(f"{BAND_ROOT}/from", "", "", "lower end of the band, over the primary's own frequency"),
     entry(f"{BAND_ROOT}/to", "", "", "upper end of the band, over the primary's own frequency"),
     entry(f"{BAND_ROOT}/residual", "", "",
-        "what is left of the slopes of the peaks: 0 for an optimum", exempt=CHECK, diagnostic=True),
+        "remainder of the gradients: 0 for an optimum", exempt=CHECK, diagnostic=True),
     entry(f"{TOLERANCES_ROOT}/nominal_peak", "", "",
-        "largest response in the band with all parts as they should be",
-        headline=Headline("the same tuning, all parts without errors")),
+        "largest response in the band with nominal parts",
+        headline=Headline("largest response with nominal parts")),
     entry(f"{TOLERANCES_ROOT}/worst_peak", "", "", _WORST),
     entry(f"{TOLERANCES_ROOT}/inside_peak", "", "",
         "largest response in the band of parts drawn between the tolerances", exempt=EXAMINED),
     entry(f"{TOLERANCES_ROOT}/deviation", "active toleranced", "",
-        "what is off in the states whose peaks hold the tuning, relative"),
-    *(entry(f"{OPTIMUM_ROOT}/{name}", "", "", f"{words}, next to a frequency as given")
+        "deviations of the states with the governing peaks, relative"),
+    *(entry(f"{OPTIMUM_ROOT}/{name}", "", "", f"{words}, next to a given frequency")
         for name, words in (*_BEST, ("peak", "least largest response in the band"))),
-    *(entry(f"{TOLERANCES_ROOT}/exact/{name}", "", "", f"{words}, tuned for parts without errors")
+    *(entry(f"{TOLERANCES_ROOT}/exact/{name}", "", "", f"{words}, tuned for nominal parts")
         for name, words in (*_BEST, ("nominal_peak", "largest response in the band"),
                             ("worst_peak", _WORST))),
 )  # fmt: skip
@@ -109,5 +109,5 @@ MOTION_ENTRIES = (*_rows(TRANSLATION), *_rows(TORSION))
 
 AXES = {
     "excitation_frequency": ("Hz", "frequency"),
-    "toleranced": ("", "what may be off"),
+    "toleranced": ("", "part with a tolerance"),
 }

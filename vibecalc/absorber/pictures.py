@@ -167,7 +167,7 @@ def _dots(plot: Plot, scale: float) -> None:
         tops, spots = gaps(height.values[0]), scale * place.values[0]
         there = tops > 0.0
         plot.axes.plot(spots[there], tops[there], "o", color=TOTAL, ms=6, zorder=5,
-                       label="its maxima")  # fmt: skip
+                       label="maxima")  # fmt: skip
 
 
 def _rings(plot: Plot, scale: float) -> None:
@@ -197,9 +197,9 @@ def _heights(plot: Plot, hidden: Sequence[int]) -> tuple[float, float]:
 
 _ROOT = "tuning/chart/"
 _OVER = ("primary_damping", "mass_ratio")
-_MASS, _STIFF = "mass ratio $J_2 / J_1$", "best stiffness ratio $K_2 / K_1$"
-_DAMPING_LABEL = r"best damping $\varepsilon_2 = c_2 / (2 J_2 \omega_2)$"
-_PEAK = "least peak"
+_MASS, _STIFF = "mass ratio $J_2 / J_1$", "optimum stiffness ratio $K_2 / K_1$"
+_DAMPING_LABEL = r"optimum damping $\varepsilon_2 = c_2 / (2 J_2 \omega_2)$"
+_PEAK = "minimum peak"
 
 
 def draw_absorber_chart(result: Result) -> "Figure | None":
@@ -213,7 +213,7 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
         return None
     from matplotlib import colormaps
 
-    figure = canvas(result, "best tuning, one colour for each damping of the primary", 8.4)
+    figure = canvas(result, "optimum tuning, a colour for each damping of the primary", 8.4)
     panels = figure.subplots(2, 3)
     damping, mass = (np.asarray(axis.values, dtype=float) for axis in peak.axes)
     tints = colormaps["viridis"](np.linspace(0.0, 0.92, len(damping)))
@@ -331,13 +331,13 @@ _PLAIN: Look = {"color": COLOURS[0], "marker": ""}
 _WARM = HARDWARE + "warming/"
 
 ABSORBER_WARMING = Curves(
-    "peak and damping as the oil warms",
+    "peak and damping over the oil temperature",
     (
         Panel(
             "largest response",
             (
-                Curve(_WARM + "peak", "springs kept", _PLAIN),
-                Curve(_WARM + "best_peak", "springs that suit the damping of each temperature",
+                Curve(_WARM + "peak", "same springs", _PLAIN),
+                Curve(_WARM + "best_peak", "optimum springs at each temperature",
                       {"color": COLOURS[2], "linestyle": "--", "marker": ""}),
                 level("tuning/peak", "tuning, {}", color=LIMIT, linestyle=":"),
             ),
@@ -349,7 +349,7 @@ ABSORBER_WARMING = Curves(
             r"damping $c_2 / (2 \sqrt{K_1 J_1})$",
             (
                 Curve(_WARM + "secondary_damping", "", {**_PLAIN, "color": COLOURS[1]}),
-                level("tuning/secondary_damping", "wanted", linestyle=":"),
+                level("tuning/secondary_damping", "required", linestyle=":"),
             ),
             log="y",
             legend={"loc": "upper right"},
@@ -396,10 +396,10 @@ SWINGING = Curves(
     "order, torque and motion of the rotor",
     (
         Panel(
-            "order that the pendulum keeps",
+            "order of the pendulum",
             (
                 Curve(PENDULUM + "order_of_swing", _path, _PLAIN),
-                level(_given("order"), "wanted", linestyle=":"),
+                level(_given("order"), "required", linestyle=":"),
             ),
             legend={"loc": "best"},
             below="swing in deg",
@@ -418,14 +418,14 @@ SWINGING = Curves(
         Panel(
             "motion of the rotor, zero-to-peak,",
             (
-                Curve(PENDULUM + "response/rotor", "pendulums swing a little", _PLAIN),
+                Curve(PENDULUM + "response/rotor", "small swings of the pendulums", _PLAIN),
                 Curve(PENDULUM + "response/without", "pendulums locked",
                       {**_PLAIN, "color": COLOURS[1]}),
             ),
             unit="deg",
             log="y",
             legend={"loc": "best"},
-            below="order of the torque over the wanted one",
+            below="order of the torque / required order",
         ),
     ),
     high=3.25,

@@ -44,7 +44,7 @@ class Response:
     natural_frequency_ratio: Any = q("mode", "",
         "undamped natural frequencies over the primary's own; infinite where parts are locked",
     )  # fmt: skip
-    antiresonance: Any = q("", "", "frequency at which an undamped absorber holds still")
+    antiresonance: Any = q("", "", "frequency at which an undamped absorber stops the primary")
     locked_frequency_ratio: Any = q("", "", "natural frequency with the absorber locked")
     primary_frequency: Any = q("", "rad/s", "natural frequency of the primary alone")
     pole: Any = q("pole", "", "damped pole over the primary's own frequency, complex")
@@ -67,8 +67,8 @@ class Peaks:
     """Maxima of all curves."""
 
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/peak"
-    magnitude: Any = q("curve peak", "", "maxima of the response; 0: no such one")
-    frequency_ratio: Any = q("curve peak", "", "where they are; 0: no such one")
+    magnitude: Any = q("curve peak", "", "maxima of the response; 0: none")
+    frequency_ratio: Any = q("curve peak", "", "frequency ratios of the maxima; 0: none")
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class FixedPoints:
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/fixed_point"
     frequency_ratio: Any = q("fixed_point", "",
         "frequency at which the absorber's damping does not matter")  # fmt: skip
-    magnitude: Any = q("fixed_point", "", "response there")
+    magnitude: Any = q("fixed_point", "", "response at the fixed point")
 
 
 # ----------------------------------------------------------------------------
@@ -93,7 +93,7 @@ class Tuning:
     ROOT: ClassVar[str] = TUNING_ROOT
     peak: Any = lead("", "", "largest response of the primary, tuned")
     peak_alone: Any = lead("", "", "the same without the absorber", about="at any frequency")
-    peak_less_one: Any = q("", "", "that less 1, to its own digits", name="largest response less 1")
+    peak_less_one: Any = q("", "", "largest response less 1, with its own error")
     mean_square: Any = lead("", "", "mean square response, tuned",
         about="integral over all frequencies")  # fmt: skip
     mean_square_alone: Any = lead("", "", "the same without the absorber", about="mean square")
@@ -105,12 +105,12 @@ class Tuning:
         unless=f"{TUNING_ROOT}/own_damping")  # fmt: skip
     own_damping: Any = lead("", "", "damping ratio of the absorber, c2/(2 J2 w2)")
     travel: Any = lead("", "", _TRAVEL, unless=f"{RESPONSE_ROOT}/motion/in_band/travel")
-    certificate: Any = q("", "", "what is left of the slopes: 0 for an optimum",
+    certificate: Any = q("", "", "remainder of the gradients: 0 for an optimum",
         exempt=CHECK, diagnostic=True)  # fmt: skip
     helps: Any = q("", "", "1: a sprung or damped absorber helps, 0: none does")
     without_spring: Any = q("", "", "1: the best absorber has no spring")
-    threshold: Any = q("", "", "damping of the primary from which on no absorber helps")
-    evaluations: Any = q("", "", "evaluations of a peak that the search took", diagnostic=True)
+    threshold: Any = q("", "", "damping of the primary above which no absorber helps")
+    evaluations: Any = q("", "", "peak evaluations of the search", diagnostic=True)
     torsional_stiffness: Any = lead("", "N*m/rad", "spring of the absorber")
     torsional_damping: Any = lead("", "N*m*s/rad", "damper of the absorber")
     linear_stiffness: Any = lead("", "N/m", "spring of the absorber")
@@ -123,10 +123,12 @@ class Active:
     """The peaks that hold a tuning."""
 
     ROOT: ClassVar[str] = f"{TUNING_ROOT}/active"
-    frequency_ratio: Any = q("active", "", "frequencies of the peaks that hold it",
+    frequency_ratio: Any = q("active", "", "frequency ratios of the governing peaks",
         exempt=DIFFERENCE)  # fmt: skip
-    magnitude: Any = q("active", "", "their heights", exempt=DIFFERENCE)
-    weight: Any = q("active", "", "weights with which their slopes cancel", exempt=DIFFERENCE)
+    magnitude: Any = q("active", "", "response at the governing peaks", exempt=DIFFERENCE)
+    weight: Any = q(
+        "active", "", "weights with which the gradients of these peaks cancel", exempt=DIFFERENCE
+    )
 
 
 _BUILT = f"{TUNING_ROOT}/each/frequency"
@@ -169,23 +171,23 @@ _FOUND = (
 #: other tunings, in tables below that of the best one: their axes and words
 _OTHERS = (
     *(entry(f"{TUNING_ROOT}/method/{name}", "method", "", words) for name, words in _FOUND[:3]),
-    entry(f"{TUNING_ROOT}/method/promised", "method", "", "peak that the formula itself promises"),
+    entry(f"{TUNING_ROOT}/method/promised", "method", "", "peak predicted by the formula"),
     entry(f"{TUNING_ROOT}/method/loss", "method", "",
-        "what is made small over the optimum, less 1"),
+        "objective over its optimum, less 1"),
     entry(f"{TUNING_ROOT}/mistuning/loss", "mistuned deviation", "",
-        "what a relative error of the part costs: what is made small over the optimum, less 1"),
+        "objective with a relative error of the part, over its optimum, less 1"),
     entry(f"{TUNING_ROOT}/mistuning/worst", "share", "",
-        "the same with spring and damper off by such a share, the worse way"),
+        "the same with the worst combination of such errors of spring and damper"),
     *(entry(f"{TUNING_ROOT}/sensitivity/{name}", "ratio", "",
-        f"slope of the best {words}, by a ratio", exempt=DIFFERENCE) for name, words in _FOUND[:3]),
+        f"derivative of the optimum {words}", exempt=DIFFERENCE) for name, words in _FOUND[:3]),
     *(entry(f"{TUNING_ROOT}/unbounded/{name}", "", "", f"{words}, without the bounds")
         for name, words in _FOUND[:3]),
     entry(f"{TUNING_ROOT}/unbounded/travel", "", "",
-        "largest relative motion of the absorber there"),
-    entry(f"{TUNING_ROOT}/bounds/active", "tuning_bound", "", "1: this bound holds the tuning"),
+        "largest relative motion of the absorber, without the bounds"),
+    entry(f"{TUNING_ROOT}/bounds/active", "tuning_bound", "", "1: this bound is active"),
     entry(f"{TUNING_ROOT}/bounds/penalty", "", "",
         "peak within the bounds over that without, less 1"),
-    *(entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"best {words}")
+    *(entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"optimum {words}")
         for name, words in _FOUND),
     entry(f"{TUNING_ROOT}/map/peak", "stiffness_ratio secondary_damping", "",
         "largest response around the optimum"),
@@ -195,7 +197,7 @@ _OTHERS = (
 # Results of what a tuning is built of: rod, springs, ring, gap, oils, stock, bending.
 # ----------------------------------------------------------------------------
 
-_PENALTY = "that peak over the one of the tuning, less 1"
+_PENALTY = "that peak over that of the tuning, less 1"
 _PRIMARY = "c2 / (2 sqrt(K1 J1))"
 
 
@@ -208,9 +210,9 @@ class Hardware:
     ring_mass: Any = q("", "kg", "mass of the seismic ring")
     ring_inertia: Any = q("", "kg*m^2", "inertia of the seismic ring about its axis")
     primary_frequency: Any = q("", "rad/s", "natural frequency of the primary alone")
-    spring_rate: Any = q("", "N/m", "rate of each spring that the tuning wants")
+    spring_rate: Any = q("", "N/m", "required rate of each spring")
     clearance: Any = q("", "m", "clearance of the gap at the rim")
-    dynamic_viscosity: Any = q("", "Pa*s", "viscosity that the tuning wants in the gap")
+    dynamic_viscosity: Any = q("", "Pa*s", "required viscosity in the gap")
 
 
 @dataclass(frozen=True)
@@ -218,11 +220,11 @@ class Built:
     """What springs and oil that are in give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/built"
-    stiffness_ratio: Any = q("", "", "of the springs that are in, over the primary")
-    secondary_damping: Any = q("", "", f"of the oil that is in, {_PRIMARY}")
-    spring_rate: Any = q("", "N/m", "rate of each spring that is in")
-    peak: Any = q("", "", "largest response of the primary as built")
-    peak_frequency: Any = q("", "rad/s", "where that is")
+    stiffness_ratio: Any = named("", "", "stiffness ratio, installed springs")
+    secondary_damping: Any = named("", "", f"damping, installed oil, {_PRIMARY}")
+    spring_rate: Any = named("", "N/m", "rate of each installed spring")
+    peak: Any = named("", "", "largest response with the installed parts")
+    peak_frequency: Any = named("", "rad/s", "peak frequency, installed parts")
 
 
 @dataclass(frozen=True)
@@ -230,9 +232,9 @@ class Films:
     """Damping over dynamic viscosity of the films in the gap."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/gap"
-    rim: Any = q("", "m^3", "damping over dynamic viscosity: at the rim")
-    sides: Any = q("", "m^3", "at the sides")
-    bore: Any = q("", "m^3", "in the bore")
+    rim: Any = named("", "m^3", "damping / dynamic viscosity, rim")
+    sides: Any = named("", "m^3", "damping / dynamic viscosity, sides")
+    bore: Any = named("", "m^3", "damping / dynamic viscosity, bore")
 
 
 @dataclass(frozen=True)
@@ -241,7 +243,7 @@ class StockSprings:
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/spring"
     rate: Any = q("stock_spring", "N/m", "rate of each spring")
-    stiffness_ratio: Any = q("stock_spring", "", "what such springs give")
+    stiffness_ratio: Any = q("stock_spring", "", "stiffness ratio with these springs")
 
 
 @dataclass(frozen=True)
@@ -250,10 +252,10 @@ class StockOils:
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/oil"
     kinematic_viscosity: Any = q("stock_oil", "m^2/s", "at the temperature of the gap")
-    damping: Any = q("stock_oil", "N*m*s/rad", "what such an oil gives in the gap")
+    damping: Any = q("stock_oil", "N*m*s/rad", "damping of the gap with this oil")
     secondary_damping: Any = q("stock_oil", "", f"the same, {_PRIMARY}")
     right_temperature: Any = q("stock_oil", "K",
-        "at which it is as thick as the tuning wants; 0: never")  # fmt: skip
+        "temperature at which the oil has the required viscosity; 0: never")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -261,7 +263,7 @@ class StockDampers:
     """What dampers that can be bought give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/damper"
-    damping: Any = q("stock_damper", "N*s/m", "of all such dampers together")
+    damping: Any = q("stock_damper", "N*s/m", "damping of all such dampers together")
     secondary_damping: Any = q("stock_damper", "", "the same, c2 / (2 sqrt(K1 M1))")
 
 
@@ -274,7 +276,7 @@ class Pairs:
         "largest response with these springs and this {part}")  # fmt: skip
     penalty: Any = q("stock_spring stock_{part}", "", _PENALTY, exempt=DIFFERENCE)
     travel: Any = q("stock_spring stock_{part}", "", "largest relative motion of the absorber")
-    allowed: Any = q("stock_spring stock_{part}", "", "1: it keeps the bounds of the case")
+    allowed: Any = q("stock_spring stock_{part}", "", "1: within the bounds of the case")
 
 
 class OilPairs(Pairs):
@@ -305,11 +307,11 @@ class Warming:
     """What the absorber becomes as its oil warms."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/warming"
-    damping: Any = q("temperature", "N*m*s/rad", "of the best oil as it warms")
+    damping: Any = q("temperature", "N*m*s/rad", "damping of the best oil over temperature")
     secondary_damping: Any = q("temperature", "", _PRIMARY)
-    peak: Any = q("temperature", "", "largest response with springs and oil kept")
+    peak: Any = q("temperature", "", "largest response with the same springs and oil")
     best_stiffness_ratio: Any = q("temperature", "",
-        "stiffness that would be best for this damping")  # fmt: skip
+        "optimum stiffness for this damping")  # fmt: skip
     best_peak: Any = q("temperature", "", "peak with such springs")
 
 
@@ -318,10 +320,10 @@ class Bending:
     """Bending of the rod."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/bending"
-    frequency: Any = q("mode", "rad/s", "bending of the rod with its flywheel")
-    forward: Any = q("mode", "rad/s", "whirl with the spin")
-    backward: Any = q("mode", "rad/s", "whirl against the spin")
-    rayleigh: Any = q("", "rad/s", "Rayleigh's quotient for half a sine")
+    frequency: Any = q("mode", "rad/s", "bending frequency of the rod with its flywheel")
+    forward: Any = q("mode", "rad/s", "forward whirl frequency")
+    backward: Any = q("mode", "rad/s", "backward whirl frequency")
+    rayleigh: Any = q("", "rad/s", "Rayleigh quotient for half a sine")
 
 
 # ----------------------------------------------------------------------------
@@ -347,14 +349,14 @@ class FrictionDamped:
             "largest response with the damper", at=f"{FRICTION_ROOT}/largest_frequency_ratio"
         ),
     )
-    largest_frequency_ratio: Any = q("", "", "where that is, over the primary's own frequency",
+    largest_frequency_ratio: Any = named("", "", "frequency ratio of the largest response",
         exempt=PLACE)  # fmt: skip
     largest_angle: Any = lead("", "rad", "largest angle of the primary", PEAK)
     largest_displacement: Any = lead("", "m", "largest displacement of the primary", PEAK)
-    best_friction_ratio: Any = named("", "", "friction ratio with the least largest response",
+    best_friction_ratio: Any = named("", "", "optimum friction ratio",
         exempt=PLACE)  # fmt: skip
-    best_largest: Any = named("", "", "least largest response, with the best friction")
-    curve: Any = q("frequency_ratio", "", "response of the primary with the damper, as a ratio",
+    best_largest: Any = named("", "", "largest response with the optimum friction")
+    curve: Any = q("frequency_ratio", "", "response of the primary with the damper, over T0 / K1",
         PEAK, curve="friction_damper")  # fmt: skip
 
 
@@ -371,12 +373,12 @@ class Pendulum:
     order: Any = lead("", "", "order of the pendulum", about="of small swings")
     path_radius: Any = named("", "m", "radius of the path at its vertex")
     path_exponent: Any = named("", "", "form of the path (0 circle, 1 cycloid)")
-    detuning: Any = named("", "1/rad^2", "change of the order by the swing squared")
-    largest_swing: Any = lead("", "rad", "swing at which the path of the pendulum ends")
+    detuning: Any = named("", "1/rad^2", "change of order per swing squared")
+    largest_swing: Any = lead("", "rad", "maximum swing of the pendulum on its path")
     mass_ratio: Any = named("", "", "mass ratio of the equivalent absorber")
     inertia: Any = named("", "kg*m^2", "inertia of the equivalent absorber")
     stiffness: Any = named("", "N*m/rad", "stiffness of the equivalent absorber")
-    order_of_swing: Any = q("swing", "", "order that the pendulum keeps at this swing")
+    order_of_swing: Any = q("swing", "", "order of the pendulum at this swing")
 
 
 @dataclass(frozen=True)
@@ -403,7 +405,7 @@ class SteadySwings:
     """Swings of an undamped pendulum by its exact equations."""
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/steady"
-    torque: Any = q("steady_swing", "N*m", "torque that holds a steady swing, undamped")
+    torque: Any = q("steady_swing", "N*m", "torque of a steady swing, undamped")
     largest_swing: Any = q("steady_swing", "rad", "largest angle of swing over the cycle")
 
 
@@ -413,13 +415,13 @@ class Jump:
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/jump"
     torque: Any = lead("", "N*m", "torque at which the swing jumps", about="infinite: at none")
-    swing: Any = named("", "rad", "largest swing, from which it jumps", exempt=DIFFERENCE)
+    swing: Any = named("", "rad", "largest swing before the jump", exempt=DIFFERENCE)
 
 
 #: axis name -> (unit, long name)
 AXES = MOTION_AXES | {
-    "tuning_bound": ("", "what may hold a tuning"),
-    "curve": ("", "absorber that the curve is of"),
+    "tuning_bound": ("", "bound of the tuning"),
+    "curve": ("", "absorber of the curve"),
     "fixed_point": ("", "point that all curves pass"),
     "absorber": ("", "absorber"),
     "mistuned": ("", "part with an error"),
@@ -436,7 +438,7 @@ AXES = MOTION_AXES | {
     "temperature": ("K", "temperature of the oil"),
     "swing": ("rad", "angle of swing"),
     "steady_swing": ("rad", "first sine of the swing"),
-    "order_ratio": ("", "order of the excitation over the wanted one"),
+    "order_ratio": ("", "order of the excitation over the required one"),
 }
 #: axis name -> names of its entries, where they are the same in every case
 NAMES = {

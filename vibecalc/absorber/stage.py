@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from vibecalc.absorber.asked_tables import AbsorberResponse, Tuning, Vary
     from vibecalc.schema import Case, Machine
 
-_NO_ORDERS = "none: over the frequency"
+_NO_ORDERS = "none (frequency domain)"
 #: responses to excitations that are 1 at rest, or at high frequency, whatever the absorber
 _OVER_ONE = (
     ("force", "displacement"), ("force", "acceleration"), ("force", "transmitted_force"),
@@ -179,13 +179,13 @@ def _tuning(case: "Case") -> Stage:
         (options.chart is not None, "chart/"),
         (one and free and not (least_squares or banded), "map/"),
     )
-    chart, cost = options.chart, "Newton's method, some tens of evaluations of a peak"
+    chart, cost = options.chart, "Newton's method, tens of peak evaluations"
     points = 0 if chart is None else len(chart.primary_damping) * chart.mass_ratio.points
     searches = 1.0 + 0.8 * len(options.compare) + len(options.mistuning) / 3.0
     searches += options.sensitivity + (options.bounds is not None)
     work: Work = (round(searches, 1), "peak_search"), (points, "chart_point")
     if several:
-        cost = "descents from many starts, then Newton's method"
+        cost = "multi-start descent, then Newton's method"
         work = (1, "several"), (len(options.mistuning) / 3.0, "peak_search")
     elif points:
         cost += f"; the same for {points} points of the chart at once"
@@ -524,14 +524,14 @@ SUBJECT = Subject(
     names=names_of,
     concerns=lambda case: case.machine.kind == "absorber",
     units={
-        "peak_search": Unit(1.0e-1, "searches for the lowest peak", "scipy.optimize"),
+        "peak_search": Unit(1.0e-1, "peak searches", "scipy.optimize"),
         "chart_point": Unit(3.0e-4, "points of the chart"),
         "several": Unit(3.0e-1, "searches over several absorbers", "scipy.optimize"),
         "band_search": Unit(1.0, "searches within a band", "scipy.optimize"),
         "motion_point": Unit(1.2e-4, "points of motions"),
         "curve_point": Unit(1.5e-6, "points of the curves"),
         "peaks": Unit(2.5e-2, "sets of peaks, poles and limits"),
-        "parts": Unit(1.0e-1, "sets of stock parts held against the tuning"),
+        "parts": Unit(1.0e-1, "sets of stock parts compared with the tuning"),
         "friction": Unit(1.0, "searches for the best friction", "scipy.optimize"),
         "swing": Unit(4.5e-2, "swings of a pendulum"),
     },

@@ -45,8 +45,8 @@ def _title(result: Result) -> str:
     """With the residual of all orders, without the weights and with them."""
     both = (scalar_of(result.record, f"balance/{when}/all_orders") for when in _TIMES)
     sizes = [f"{show(size)} N" for size in both if size is not None]
-    words = "what the weights leave, by order"
-    return f"{words}; residual unbalance of all orders: {', then '.join(sizes)}" if sizes else words
+    words = "without and with the weights, by order"
+    return f"{words}; residual unbalance of all orders: {' and '.join(sizes)}" if sizes else words
 
 
 _LABELS = {"force": "force", "couple": "couple", "residual": "residual unbalance"}
@@ -72,8 +72,8 @@ BALANCE_ORDERS = Curves(_title, tuple(map(_before_and_after, _LABELS)), high=2.3
 # Weights as vectors at crank angle zero: a disc for each speed ratio.
 # ----------------------------------------------------------------------------
 
-_WORDS = {1: "on the crank and with it", -1: "against the crank", 2: "twice as fast",
-          -2: "twice as fast, against the crank"}  # fmt: skip
+_WORDS = {1: "crank speed", -1: "crank speed, reverse", 2: "twice crank speed",
+          -2: "twice crank speed, reverse"}  # fmt: skip
 
 
 def draw_weights(result: Result) -> "Figure | None":
@@ -92,7 +92,7 @@ def draw_weights(result: Result) -> "Figure | None":
     )
     names, along = labels(unbalance.axes[0]), axis_of(result)
     ratios = [one for one in _WORDS if np.any((ratio == one) & (size > 0.0))]
-    words = f"weights found, at crank angle zero, unbalance in {read(unit)}"
+    words = f"balance weights at crank angle zero, unbalance in {read(unit)}"
     figure = canvas(result, words, 0.6 + 2.6 * len(ratios))
     for place, one in enumerate(ratios):
         axes = figure.add_subplot(len(ratios), 1, place + 1, projection="polar")

@@ -37,7 +37,7 @@ def balance(result: Result) -> Section | None:
     shown = {path for path in record if path.startswith(f"{ROOT}/")}
     words = [line for one in (*_reached(record), *_together(record)) for line in paragraph(one)]
     blocks = [_weights(result), _orders(record), words, _as_case(result)]
-    return section("Balance: weights for the least force and couple", blocks, shown=shown)
+    return section("Balance weights for minimum force and couple", blocks, shown=shown)
 
 
 def axis_of(result: Result) -> int:
@@ -130,24 +130,24 @@ def _reached(record: Record) -> Iterator[str]:
         left, was = float(after.values[place]), float(before.values[place])
         mine = names[turns == order]
         if after.zero[place] and before.zero[place]:
-            yield f"order {order} is balanced already, without weights{_uncounted(record, place)}"
+            yield f"order {order} is balanced without weights{_uncounted(record, place)}"
             continue
         words = f"order {order} is fully balanced{_uncounted(record, place)}"
         if not after.zero[place]:
             share = show(100.0 * left / (was or left), digits=3)
-            words = f"order {order}: {share} % of the residual is left"
+            words = f"order {order}: residual reduced to {share} %"
         at_bound = [name for name in mine if use.get(name, 0.0) >= 1.0 - 1e-9]
         if at_bound:
-            words += f"; {', '.join(at_bound)} at the largest unbalance"
+            words += f"; {', '.join(at_bound)} at the maximum unbalance"
         yield words + (f"; {_freedom(count, [name in use for name in mine])}" if count else "")
     gap, total, residual = (
         scalar_of(record, f"{ROOT}/{name}") for name in ("gap", "residual_before", "residual")
     )
     if gap is not None and total is not None and residual is not None and gap > 1e-9 * total:
-        proven = "nothing is proven of what others leave"
+        proven = "no lower bound is proven"
         if residual > gap:
-            proven = f"that no others leave less than {show(residual - gap)} N is proven"
-        yield f"the places that are free were found by a search from several starts: {proven}"
+            proven = f"proven lower bound of the residual {show(residual - gap)} N"
+        yield f"free positions found by a search from several starts; {proven}"
 
 
 def _uncounted(record: Record, place: int) -> str:
@@ -155,17 +155,17 @@ def _uncounted(record: Record, place: int) -> str:
     after = {words.split()[0]: having(record, f"{ROOT}/after/{name}", "order")
              for name, words in _BY_ORDER[:-1]}  # fmt: skip
     found = [name for name, one in after.items() if one is not None and not one.zero[place]]
-    return f", and for its {' and '.join(found)}, not counted" if found else ""
+    return f", except for its {' and '.join(found)} (not counted)" if found else ""
 
 
 def _freedom(count: int, bounded: list[bool]) -> str:
     """Which of equally good weights are given."""
-    each = ", each as a share of its bound" if any(bounded) else ""
+    each = ", each as a share of its maximum" if any(bounded) else ""
     if each and not all(bounded):
-        each += ", or of the largest bound where it has none"
+        each += ", or of the largest maximum where it has none"
     return (
-        f"not unique: {count} of {len(2 * bounded)} unknowns free; shown are the weights with the "
-        f"least sum of squares of the unbalances{each}"
+        f"not unique: {count} of {len(2 * bounded)} unknowns are free; shown is the least sum of "
+        f"squares of the unbalances{each}"
     )
 
 
@@ -178,7 +178,7 @@ def _together(record: Record) -> Iterator[str]:
         same = (ratio == ratio[i]) & (np.abs(place - place[i]).max(axis=1) <= _MET) & (size > 0.0)
         if size[i] and same.sum() > 1 and np.flatnonzero(same)[0] == i:
             met = ", ".join(names[k] for k in np.flatnonzero(same))
-            yield f"{met} stand at one place: only their sum counts, and one weight does for them"
+            yield f"{met} coincide: only their sum counts, so one weight is enough"
 
 
 # ----------------------------------------------------------------------------

@@ -62,17 +62,17 @@ class Left:
     """What the weights leave, and whether others could leave less."""
 
     ROOT: ClassVar[str] = "balance"
-    force: Any = q("order direction", "N", "force that the weights leave", PEAK)
-    couple: Any = q("order direction", "N*m", "couple that the weights leave", PEAK)
+    force: Any = q("order direction", "N", "remaining force with the weights", PEAK)
+    couple: Any = q("order direction", "N*m", "remaining couple with the weights", PEAK)
     residual_before: Any = q(
         "", "N", "residual unbalance of the orders that count, without the weights", PEAK
     )
-    residual: Any = q("", "N", "least residual unbalance of the orders that count", PEAK)
-    gap: Any = q(
-        "", "N", "what no other weights within their bounds could leave less by", exempt=CHECK
+    residual: Any = q(
+        "", "N", "residual unbalance of the orders that count, with the weights", PEAK
     )
+    gap: Any = q("", "N", "residual unbalance above its proven lower bound", exempt=CHECK)
     free_directions: Any = q(
-        "balanced_order", "", "directions in which weights change and the residual does not"
+        "balanced_order", "", "unknowns of the weights that do not change the residual"
     )
 
 

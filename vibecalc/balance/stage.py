@@ -63,7 +63,7 @@ SUBJECT = Subject(
     concerns=lambda case: case.balance is not None,
     units={
         "sought_weight": Unit(1.0e-3, "weights sought"),
-        "free_place": Unit(0.3, "places of weights sought", library="scipy.optimize"),
+        "free_place": Unit(0.3, "free positions of weights", library="scipy.optimize"),
     },
     entries=_entries,
     names=_names,

@@ -41,7 +41,7 @@ def accuracy(
         None, metavar="NAME", help="Only this topic of it; may be repeated."
     ),
     longest: float = typer.Option(
-        30.0, metavar="S", help="Seconds for the whole case, shared between its questions."
+        30.0, metavar="S", help="Time limit for the case in seconds, shared by its topics."
     ),
     settings: Texts = SETTINGS,
     unset: Texts = UNSET,
@@ -98,8 +98,8 @@ app = typer.Typer(
 
 CASES = typer.Argument(metavar="CASE", help="Case files (TOML).")
 RESULTS = typer.Argument(metavar="RESULT", help="Result files (HDF5).")
-FULL = typer.Option(False, "--full", help="With --json: print the arrays, too.")
-FORCE = typer.Option(False, "--force", help="Write over files that exist.")
+FULL = typer.Option(False, "--full", help="With --json: include the arrays.")
+FORCE = typer.Option(False, "--force", help="Overwrite existing files.")
 
 
 def _show_version(asked: bool) -> None:
@@ -189,7 +189,7 @@ def check(
     settings: Texts = SETTINGS,
     unset: Texts = UNSET,
     depfile: Path | None = typer.Option(
-        None, metavar="NAME.d", help="Write for make: which files NAME is made from."
+        None, metavar="NAME.d", help="Write a rule for make: the input files of NAME."
     ),
 ) -> None:
     """Validate cases and show what a run would do and why. Nothing is computed."""
@@ -256,7 +256,7 @@ def report(
         help="File in .html or .txt, or folder that exists or ends with '/'.",
     ),
 ) -> None:
-    """Print the report of result files, or write it to hand in; nothing is recomputed."""
+    """Print the report of result files, or write it to a file; nothing is recomputed."""
     from vibecalc.cli.outputs import report_path, write_text
     from vibecalc.core.report.sweep.text import file_lines, file_object
     from vibecalc.core.report.writing import screen, text_of
@@ -313,18 +313,14 @@ def diff(
     candidates: list[Path] = typer.Argument(
         ...,
         metavar="RESULT",
-        help="Files, or folders, held against it or the golden file of a name.",
+        help="Files or folders to compare with the golden file of the same name.",
     ),
     rules: Path | None = typer.Option(None, help="Tolerances per quantity (TOML)."),
     junit: Path | None = typer.Option(None, help="Also write a JUnit XML file."),
-    partial: bool = typer.Option(
-        False, "--partial", help="Golden files of other results are not missed."
-    ),
-    accept: bool = typer.Option(
-        False, "--accept", help="Make the candidate's numbers the golden ones."
-    ),
+    partial: bool = typer.Option(False, "--partial", help="Ignore golden files without a result."),
+    accept: bool = typer.Option(False, "--accept", help="Replace the golden file by the result."),
 ) -> None:
-    """Compare results with tolerances that know physics: exit 0 same, 1 differ, 2 unusable."""
+    """Compare results with golden files within tolerances: exit 0 same, 1 differ, 2 unusable."""
     from vibecalc.core.results.compare import file_pairs
 
     pairs = file_pairs(reference, candidates, partial=partial)
@@ -376,16 +372,16 @@ def diff(
 def plot(
     results: list[Path] = RESULTS,
     output: Path | None = typer.Option(
-        None, "--output", "-o", help="Folder for the pictures; made if missing."
+        None, "--output", "-o", help="Folder for the pictures; created if missing."
     ),
     formats: str = typer.Option(
-        "png", "--format", metavar="NAMES", help="svg, pdf, png, by commas."
+        "png", "--format", metavar="NAMES", help="svg, pdf, png, separated by commas."
     ),
-    dpi: int | None = typer.Option(None, metavar="N", help="Dots in an inch of a png, 50 to 1200."),
+    dpi: int | None = typer.Option(None, metavar="N", help="Resolution of png in dpi, 50 to 1200."),
     only: list[str] | None = typer.Option(
         None,
         metavar="NAME",
-        help="Only these pictures, by commas or repeated.",
+        help="Only these pictures; commas, or repeat the option.",
         autocompletion=names_of_pictures,
     ),
     no_title: bool = typer.Option(False, "--no-title", help="Leave out the title of the figures."),
@@ -412,20 +408,23 @@ def plot(
 @command
 def new(
     scene: str = typer.Argument(
-        "list", metavar="NAME", help="Kind of scene; `list` names them.", autocompletion=beginnings
+        "list",
+        metavar="NAME",
+        help="Kind of machine; `list` shows them.",
+        autocompletion=beginnings,
     ),
     output: Path | None = typer.Option(
-        None, "--output", "-o", help="File to write; of an example, it or a folder."
+        None, "--output", "-o", help="File to write; for an example also a folder."
     ),
     example: bool = typer.Option(
         False, "--example", help="Copy a shipped case of this NAME and its files."
     ),
     assembly: Path | None = typer.Option(
-        None, "--from", metavar="JSON", help="Instead: the line of an openTorsion file."
+        None, "--from", metavar="JSON", help="Import the shaft line of an openTorsion file."
     ),
     force: bool = FORCE,
     schema: bool = typer.Option(
-        False, "--schema", help="With -o: also the JSON schema that editors read."
+        False, "--schema", help="With -o: also write the JSON schema for editors."
     ),
 ) -> None:
     """Write a commented starter case to stdout or to a file, or a shipped case with its files."""
@@ -483,7 +482,7 @@ def _example(name: str, output: Path | None, force: bool) -> None:
 
 @command
 def schema(
-    kind: str = typer.Option("", metavar="KIND", help="Of cases of one kind of machine alone."),
+    kind: str = typer.Option("", metavar="KIND", help="Only for cases of one kind of machine."),
     output: str | None = typer.Option(
         None, "--output", "-o", help="New file, or folder when it exists or ends with '/'."
     ),

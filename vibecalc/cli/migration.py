@@ -14,7 +14,7 @@ def migrate(
         None, "--output", "-o", help="File to write; default: the case itself, in place."
     ),
 ) -> None:
-    """Rewrite cases of earlier versions: names of keys and results as they are now."""
+    """Rewrite cases of earlier versions with the current names of keys and results."""
     from vibecalc.core.case.migrate import migrate as migrated
     from vibecalc.core.results.files import write_together
 

@@ -15,7 +15,7 @@ FILE = typer.Argument(metavar="RESULT", help="Result file (HDF5).")
 
 
 def info(result: Path = FILE) -> None:
-    """Say what a result file holds: its case, and each quantity with unit, axes and size."""
+    """List the contents of a result file: its case, each quantity with unit, axes and size."""
     from vibecalc.core.report.contents import contents_object, render_contents
     from vibecalc.core.results.store import read_result
 
@@ -111,7 +111,7 @@ def _export_line(case: Path, output: Path, settings: Sequence[str], unset: Seque
     paths, left = named(f"{EXCHANGE}:export_shaft_line")(loaded, output)
     say_written(*paths, not_carried=list(left))
     if left:
-        note(f"not carried: {', '.join(left)}")
+        note(f"not exported: {', '.join(left)}")
 
 
 def _entry(text: str) -> int | float | str:

@@ -15,12 +15,12 @@ from vibecalc.core.results.steps import listen, step
 from vibecalc.core.results.visible import put, visible
 
 _COMMON = {
-    "json": typer.Option(False, "--json", help="Print JSON on stdout and nothing else."),
+    "json": typer.Option(False, "--json", help="Print JSON only, on stdout."),
     "quiet": typer.Option(
-        False, "--quiet", "-q", help="Print nothing but problems, and JSON if asked for."
+        False, "--quiet", "-q", help="Print problems only, and JSON if requested."
     ),
     "verbose": typer.Option(
-        False, "--verbose", "-v", help="Tell each step with its time, on stderr."
+        False, "--verbose", "-v", help="Log each step with its time on stderr."
     ),
 }
 

@@ -18,7 +18,7 @@ SETTINGS = typer.Option(
     autocompletion=keys,
 )
 UNSET = typer.Option(
-    None, metavar="KEY", help="Take a key out of the case.", autocompletion=names_of_keys
+    None, metavar="KEY", help="Remove a key from the case.", autocompletion=names_of_keys
 )
 
 
@@ -44,26 +44,26 @@ def sweep(
     ),
     jobs: int | None = typer.Option(None, "--jobs", "-j", metavar="N", min=1, help="Processes."),
     timeout: float | None = typer.Option(
-        None, metavar="S", help="Seconds that one point may take."
+        None, metavar="S", help="Time limit for each point, in seconds."
     ),
-    resume: bool = typer.Option(False, "--resume", help="Take up the chunks that are there."),
+    resume: bool = typer.Option(False, "--resume", help="Continue from the finished chunks."),
     if_needed: bool = typer.Option(
         False,
         "--if-needed",
         help="Skip a complete file that is up to date: case, files, settings, versions.",
     ),
-    fresh: bool = typer.Option(False, "--fresh", help="Throw away what is there and does not fit."),
+    fresh: bool = typer.Option(False, "--fresh", help="Replace a sweep that does not match."),
     shard: str | None = typer.Option(None, metavar="I/N", help="Only the I-th of N parts, from 1."),
     cluster: str | None = typer.Option(
-        None, metavar="ADDRESS", help="Scheduler of dask, address or file."
+        None, metavar="ADDRESS", help="Dask scheduler: address or file."
     ),
     dry_run: bool = typer.Option(
-        False, "--dry-run", help="Say what would be done, and how long it takes."
+        False, "--dry-run", help="Print the plan and an estimate of the time."
     ),
     settings: Texts = SETTINGS,
     unset: Texts = UNSET,
 ) -> None:
-    """Run a case at many points into one file; chunks are kept, and --resume goes on."""
+    """Run a case at many points into one file; --resume continues an interrupted sweep."""
     from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.study.execute import load_checked
     from vibecalc.core.study.sweep.prepare import (
@@ -125,7 +125,7 @@ def merge(
     parts: list[Path] = typer.Argument(metavar="PART", help="Files of parts of one sweep."),
     output: Path = typer.Option(..., "--output", "-o", help="File to write."),
 ) -> None:
-    """Put the parts of a sweep together; exit 4 if points failed or are still missing."""
+    """Merge the parts of a sweep into one file; exit 4 if points failed or are still missing."""
     from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.report.sweep.text import missing_words
     from vibecalc.core.results.layout import DONE
@@ -135,7 +135,7 @@ def merge(
     check_suffix(output)
     made = put_together(parts, output, provenance())
     if made.missing:
-        note(f"no part has the points {missing_words(made.missing)}")
+        note(f"missing points: {missing_words(made.missing)}")
     _report(output, "", taken_up=0, seconds=0.0)
     raise typer.Exit(EXIT_FINE if made.counts.keys() <= {DONE} else EXIT_POINTS_FAILED)
 

@@ -46,7 +46,7 @@ def draw_shaking(result: Result) -> "Figure | None":
         return None
     orders = [f"{order:g}" for order in np.asarray(rows[0].axes[0].values, dtype=float)]
     words = f"orders {orders[0]} to {orders[-1]}" if len(orders) > 1 else f"order {orders[0]}"
-    words += ", without the weights found" * ("balance/after/residual" in result.record)
+    words += ", without the balance weights" * ("balance/after/residual" in result.record)
     figure = canvas(result, f"shaking force and couple over a turn, {words}", 1.0 + 3.3 * len(rows))
     grid = figure.add_gridspec(len(rows), 2, width_ratios=[1.9, 1.0])
     for place, quantity in enumerate(rows):

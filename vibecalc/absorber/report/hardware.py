@@ -43,24 +43,24 @@ def _dynamic(record: Record) -> Quantity | None:
 
 
 BENDING = Rows("mode", "bending of the rod, mode", (
-    Cells("frequency", "at rest, Hz", "Hz"), Cells("forward", "with the\nspin, Hz", "Hz"),
-    Cells("backward", "against\nit, Hz", "Hz"),
+    Cells("frequency", "at rest, Hz", "Hz"), Cells("forward", "forward\nwhirl, Hz", "Hz"),
+    Cells("backward", "backward\nwhirl, Hz", "Hz"),
 ), "hardware/bending", merge=True)  # fmt: skip
 SPRINGS = Rows("stock_spring", "spring in stock", (
-    Cells("rate", "rate, N/m"), Cells("stiffness_ratio", "stiffness\nratio"),
+    Cells("rate", "rate, N/mm", "N/mm"), Cells("stiffness_ratio", "stiffness\nratio"),
 ), "hardware/spring", merge=True)  # fmt: skip
 OILS = Rows("stock_oil", "oil in stock", (
     Cells("hardware/oil/kinematic_viscosity", "viscosity\ncSt", "cSt"),
     Cells(_dynamic, "viscosity\nmPa*s"), Cells("hardware/oil/damping", "damping\nN*m*s/rad"),
     Cells("hardware/oil/secondary_damping", "damping\nratio"),
-    Cells("hardware/oil/right_temperature", "right at\ndegC", _celsius, right=True),
+    Cells("hardware/oil/right_temperature", "optimum at\ndegC", _celsius, right=True),
 ))  # fmt: skip
 DAMPERS = Rows("stock_damper", "damper in stock", (
     Cells("damping", "N*s/m"), Cells("secondary_damping", "damping\nratio"),
 ), "hardware/damper", merge=True)  # fmt: skip
-WARMING = Rows("temperature", "oil at degC", (
+WARMING = Rows("temperature", "oil, degC", (
     Cells("secondary_damping", "damping\nratio"), Cells("peak", "peak, these\nsprings"),
-    Cells("best_stiffness_ratio", "best stiff-\nness ratio"), Cells("best_peak", "peak with\nit"),
+    Cells("best_stiffness_ratio", "optimum\nstiffness"), Cells("best_peak", "peak with\nit"),
 ), "hardware/warming", label=_celsius, right=True, places=evenly(9))  # fmt: skip
 
 
@@ -74,22 +74,22 @@ def absorber_parts(result: Result) -> Section | None:
     guess = scalar_of(record, HARDWARE + "bending/rayleigh")
     if guess is not None:
         bending += paragraph(
-            f"Rayleigh's quotient for half a sine over the span: {show(hertz(guess))} Hz, an upper "
-            "bound of the first"
+            f"Rayleigh quotient, half sine over the span: {show(hertz(guess))} Hz, an upper bound "
+            "of mode 1"
         )
     warming, _ = rows_of(record, WARMING)
     if warming:
         warming = [*paragraph(_warmed(record)), *warming]
     details: dict[str, Part] = {
-        "parts of the absorber": scalars(record, (HARDWARE + name for name in _SCALARS), HARDWARE),
+        "part data": scalars(record, (HARDWARE + name for name in _SCALARS), HARDWARE),
         "bending of the rod": bending,
         "springs in stock": rows_of(record, SPRINGS),
         "oils in stock": rows_of(record, OILS),
         "dampers in stock": rows_of(record, DAMPERS),
-        "what the absorber does as its oil warms": warming,
+        "effect of the oil temperature": warming,
     }
     blocks = [_to_buy(result), _pairs(record)]
-    return section("Parts of the absorber, and what to buy", blocks, details, shown)
+    return section("Parts of the absorber", blocks, details, shown)
 
 
 # ----------------------------------------------------------------------------
@@ -117,7 +117,7 @@ def _pairs(record: Record) -> list[str]:
     (part, pairs), least = _best(record), scalar_of(record, "tuning/peak")
     if least is None or scalar_of(record, "tuning/helps") == 0.0:
         return []
-    heads = Column("the best pairs: springs"), Column(part), number("peak"), number("penalty, %")
+    heads = Column("best pairs: springs"), Column(part), number("peak"), number("above optimum, %")
     rows = [
         [spring, other, show(least * (1.0 + cost)), show(100.0 * cost, digits=3)]
         for spring, other, cost in pairs[:_PAIRS]
@@ -129,10 +129,10 @@ def _warmed(record: Record) -> str:
     """Which springs and which oil get warm."""
     part, pairs = _best(record)
     if part != "oil" or not pairs:
-        return "As the oil that is in warms, with the springs that are in:"
+        return "Effect of the oil temperature, installed oil and springs:"
     spring, oil, _ = pairs[0]
-    held = "without springs" if spring == NO_SPRING else f"with the springs {spring!r}"
-    return f"As the oil {oil!r} from stock warms, {held}:"
+    held = "without springs" if spring == NO_SPRING else f"springs {spring!r}"
+    return f"Effect of the oil temperature, stock oil {oil!r}, {held}:"
 
 
 def _to_buy(result: Result) -> list[str]:
@@ -144,8 +144,8 @@ def _to_buy(result: Result) -> list[str]:
     rows = [*_wanted(result), *_bought(result, least)]
     if scalar_of(record, "tuning/helps") == 0.0:
         subject, what = no_help(result), "mean square" if is_mean(result) else "peak"
-        rows = [f"Buy nothing: {subject[0].lower()}{subject[1:]} the {what}."]
-    return [*paragraph("What to buy:"), *(line for words in rows for line in paragraph(words, "-"))]
+        rows = [f"nothing: {subject[0].lower()}{subject[1:]} the {what}."]
+    return [*paragraph("To order:"), *(line for words in rows for line in paragraph(words, "-"))]
 
 
 def _wanted(result: Result) -> list[str]:
@@ -182,16 +182,16 @@ def _in_units(record: Record, name: str, where: str) -> str:
 
 def _bought(result: Result, least: float) -> list[str]:
     record = result.record
-    words = [f"with exactly these the peak is {show(least)}"]
+    words = [f"peak with exactly these: {show(least)}"]
     alone = scalar_of(record, "tuning/peak_alone")
     if alone is not None and np.isfinite(alone):
-        words[0] += f", {show(alone)} without an absorber"
+        words[0] += f" (without an absorber {show(alone)})"
     given = bool(table_of(result.case, "tuning").get("frequency"))
-    than = "the one of this tuning" if given or is_mean(result) else "the best"
+    than = "this tuning" if given or is_mean(result) else "the optimum"
     built = scalar_of(record, HARDWARE + "built/peak")
     if built is not None:
         above = _above(built / least - 1.0, than)
-        words.append(f"with the parts that are in, it is {show(built)}, {above}")
+        words.append(f"peak with the installed parts: {show(built)}, {above}")
     (part, pairs), peak = _best(record), scalar_of(record, HARDWARE + "buy/peak")
     if not pairs or peak is None:
         return words
@@ -207,7 +207,7 @@ def _bought(result: Result, least: float) -> list[str]:
         both = show(float(dynamic[place])), show(1e6 * float(thick[place]))
         what += f" ({both[0]} mPa*s, {both[1]} cSt)"
     than = "the tuning" if TUNING_BOUNDS in record.quantities else than
-    return [*words, f"from stock: {what}; the peak is {show(peak)}, {_above(cost, than)}"]
+    return [*words, f"from stock: {what}; peak {show(peak)}, {_above(cost, than)}"]
 
 
 def _above(cost: float, than: str) -> str:

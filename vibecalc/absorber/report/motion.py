@@ -46,7 +46,7 @@ def absorber_motion(result: Result) -> Section | None:
         roots.insert(0, (IN_BAND_ROOT, f"{IN_BAND_ROOT}/at"))
         heads = [number("in the band"), number("at Hz"), *heads]
     roots += [(f"{WITHOUT_ROOT}/largest", f"{WITHOUT_ROOT}/largest_at")]
-    columns = [Column("largest within the frequencies drawn"), *heads,
+    columns = [Column("maximum over the frequency range"), *heads,
                number("without"), number("at Hz")]  # fmt: skip
     rows = []
     for names in (TRANSLATION, TORSION):
@@ -73,7 +73,7 @@ def absorber_motion(result: Result) -> Section | None:
                     row.append(show(factor * float(height), factor * top.error_estimate))
                     row.append(show(float(at)) if met else "")
                 rows.append(row)
-    lines = paragraph(f"amplitudes, 0 to peak{said}, with and without the absorber:")
+    lines = paragraph(f"amplitudes (0-to-peak){said}, with and without the absorber:")
     return section("Motions and forces", [[*lines, *table(columns, rows)]], {}, shown)
 
 
@@ -104,14 +104,14 @@ def in_percent(value: float, error: float) -> str:
 
 #: what is tuned for -> where its ratios stand, and its peaks
 _TUNED_FOR = {
-    "the tolerances": ("", "tolerances/"),
-    "parts without errors": ("tolerances/exact/", "tolerances/exact/"),
+    "tolerances": ("", "tolerances/"),
+    "nominal parts": ("tolerances/exact/", "tolerances/exact/"),
 }
 TOLERANCES = (
     Cells("{0}stiffness_ratio", "stiffness\nratio"),
     Cells("{0}secondary_damping", "damping"),
-    Cells("{1}nominal_peak", "peak without\nerrors"),
-    Cells("{1}worst_peak", "peak, worst\ncase"),
+    Cells("{1}nominal_peak", "nominal\npeak"),
+    Cells("{1}worst_peak", "worst-case\npeak"),
 )
 
 
@@ -124,7 +124,7 @@ def tolerances(record: Record) -> list[str]:
     inside = scalar_of(record, "tuning/tolerances/inside_peak")
     if inside is not None:
         lines += paragraph(
-            f"examined: the ends and the middle of each tolerance, in every combination; of parts "
-            f"drawn in between the worst has {show(inside)}"
+            "worst case of all combinations of the ends and the middle of each tolerance; of "
+            f"random parts in between: {show(inside)}"
         )
     return lines

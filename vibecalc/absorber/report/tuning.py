@@ -41,7 +41,7 @@ NATURAL = Rows("mode", "undamped mode", (
     Cells("natural_frequency_ratio", "frequency\nratio"),
 ), "response/absorber", merge=True)  # fmt: skip
 FIXED = Rows("fixed_point", "fixed point", (
-    Cells("frequency_ratio", "frequency\nratio"), Cells("magnitude", "height"),
+    Cells("frequency_ratio", "frequency\nratio"), Cells("magnitude", "response"),
 ), "response/absorber/fixed_point", merge=True)  # fmt: skip
 
 
@@ -76,8 +76,8 @@ def _curves(result: Result) -> list[str]:
     options = {**table_of(result.case, "tuning"), **table_of(result.case, "response", "absorber")}
     what = str(options.get("response") or "displacement").replace("_", " ")
     by = str(options.get("excitation") or "force")
-    over = "the motion of the base" if by.startswith("base") else "T0 / K1"
-    about = paragraph(f"{what}, excitation by {by.replace('_', ' ')}; displacements over {over}")
+    over = "the base motion" if by.startswith("base") else "T0 / K1"
+    about = paragraph(f"{what} for {by.replace('_', ' ')} excitation; displacements over {over}")
     return [*about, *lines]
 
 
@@ -90,7 +90,7 @@ def _peaks(record: Record) -> list[str]:
     natural = scalar_of(record, ABSORBER + "primary_frequency")
     columns = [Column("maxima of curve"), number("frequency\nratio")]
     columns += [number("Hz")] if natural is not None else []
-    columns += [number("height")]
+    columns += [number("response")]
     rows = []
     tops, spots = np.asarray(height.values), np.asarray(place.values)
     for label, heights, places in zip(labels(height.axes[0]), tops, spots, strict=True):
@@ -118,7 +118,7 @@ def _poles(record: Record) -> list[str]:
             show(value.imag, quantity.error_estimate),
             show(-value.real / size if size > 0.0 and math.isfinite(size) else 0.0, 1e-15),
         ])  # fmt: skip
-    return [*paragraph("poles over the primary's own frequency, one of each pair:"),
+    return [*paragraph("poles relative to the primary's natural frequency, one per pair:"),
             *table(columns, rows)]  # fmt: skip
 
 
@@ -131,12 +131,12 @@ _KINDS = {
     "free": "spring and damper",
     "viscous": "a damper without a spring",
     "undamped_spring": "a spring without a damper",
-    "lanchester": "the damper without a spring that suits an undamped primary",
+    "lanchester": "Lanchester's damper without a spring, optimum for an undamped primary",
 }
 _RESULTS = (
     *("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping"),
     *("torsional_stiffness", "torsional_damping", "linear_stiffness", "linear_damping"),
-    *("secondary_frequency", "peak", "peak_less_one", "mean_square", "travel"),
+    *("secondary_frequency", "peak", "mean_square", "travel"),
 )
 _PENALTY = 1e-9
 #: peaks with and without absorbers that differ by less are the same
@@ -147,25 +147,25 @@ _RATIO, _DAMPING = (
 )
 EACH = Rows("absorber", "absorber", (
     Cells("mass_ratio", "mass ratio"), _RATIO, _DAMPING,
-    Cells("own_damping", "damping on its\nown frequency"), Cells("travel", "travel"),
+    Cells("own_damping", "damping ratio\nc2/(2 J2 w2)"), Cells("travel", "travel"),
 ), "tuning/each", merge=True)  # fmt: skip
 EACH_BUILT = Rows("absorber", "absorber", (
     Cells("torsional_stiffness", "spring\nN*m/rad"),
     Cells("torsional_damping", "damper\nN*m*s/rad"),
     Cells("linear_stiffness", "spring\nN/m", "N/m"), Cells("linear_damping", "damper\nN*s/m"),
-    Cells("frequency", "own frequency\nHz", "Hz"),
+    Cells("frequency", "frequency\nHz", "Hz"),
 ), "tuning/each", merge=True)  # fmt: skip
-ACTIVE = Rows("active", "peak that holds it", (
-    Cells("frequency_ratio", "frequency\nratio"), Cells("magnitude", "height"),
+ACTIVE = Rows("active", "governing peak", (
+    Cells("frequency_ratio", "frequency\nratio"), Cells("magnitude", "response"),
     Cells("weight", "weight"),
 ), "tuning/active", merge=True)  # fmt: skip
 METHODS = Rows("method", "method", (
-    _RATIO, _DAMPING, Cells("promised", "promised\npeak", blank=True), Cells("peak", "true peak"),
-    Cells("loss", "above the\nbest, %", "%"),
+    _RATIO, _DAMPING, Cells("promised", "predicted\npeak", blank=True), Cells("peak", "true peak"),
+    Cells("loss", "above the\noptimum, %", "%"),
 ), "tuning/method", merge=True)  # fmt: skip
-SLOPES = Rows("ratio", "slope by", (
-    Cells("stiffness_ratio", "of the best\nstiffness"),
-    Cells("secondary_damping", "of the best\ndamping"), Cells("peak", "of the peak"),
+SLOPES = Rows("ratio", "derivative with respect to", (
+    Cells("stiffness_ratio", "optimum\nstiffness"),
+    Cells("secondary_damping", "optimum\ndamping"), Cells("peak", "peak"),
 ), "tuning/sensitivity", merge=True)  # fmt: skip
 
 
@@ -189,7 +189,7 @@ def _mistuned(record: Record) -> Quantity | None:
     return _with_names(part_of(loss, loss.values[there], axis, loss.axes[1]), slice(6), names)
 
 
-MISTUNED = Rows("mistuned", "increase of the {what} in %, for a detuning of", (
+MISTUNED = Rows("mistuned", "increase of the {what} in % for a detuning of", (
     Cells(_mistuned, "{}", in_percent, right=True),
 ))  # fmt: skip
 
@@ -218,7 +218,7 @@ def _off(record: Record) -> Quantity | None:
     return _with_names(found, slice(None), names)
 
 
-STATES = Rows("active", "peak that holds it", (
+STATES = Rows("active", "governing peak", (
     Cells(_off, "{}", in_percent, right=True),
 ), right=True)  # fmt: skip
 
@@ -244,7 +244,7 @@ def absorber_tuning(result: Result) -> Section | None:
         rows_of(record, MISTUNED._replace(title=title)),
     ]
     details: dict[str, Part] = {
-        "largest in the band" if given else "peaks that hold the optimum": [
+        "largest in the band" if given else "governing peaks": [
             *_proof(record, given), *rows_of(record, STATES)[0]],
         "tuning by other methods": _methods(result),
         "slopes of the optimum": slopes,
@@ -262,33 +262,32 @@ def _conclusion(result: Result) -> list[str]:
     if table_of(options, "bounds"):
         how += ", within the bounds"
     if options.get("frequency"):
-        how = f"an absorber that swings at {show(hertz(float(options['frequency'])))} Hz, as given"
-    measure = "mean square" if is_mean(result) else "largest amplitude"
+        how = f"an absorber of the given frequency, {show(hertz(float(options['frequency'])))} Hz"
+    measure = "mean square" if is_mean(result) else "peak"
     if scalar_of(record, TUNING + "helps") == 0.0:
-        words = f"{no_help(result)} the {measure} of the {what} under excitation by {cause}"
+        words = f"{no_help(result)} the {measure} of the {what} for {cause} excitation"
         threshold = scalar_of(record, TUNING + "threshold") or 0.0
         damped = (scalar_of(record, TUNING + "primary_damping") or 0.0) < threshold
         only = options.get("kind") == "undamped_spring" and damped
-        return paragraph(words + ("; spring and damper do." if only else "."))
-    cause += band_words(result)
-    least = "Largest amplitude" if options.get("frequency") else f"Least {measure}"
-    words = f"{least} of the {what} under excitation by {cause}, by {how}: "
+        return paragraph(words + ("; one with spring and damper does." if only else "."))
+    least = "Peak" if options.get("frequency") else f"Minimum {measure}"
+    words = f"{least} of the {what} for {cause} excitation{band_words(result)}, with {how}: "
     name = "mean_square" if is_mean(result) else "peak"
     value, alone = (scalar_of(record, TUNING + key) for key in (name, f"{name}_alone"))
     several = TUNING + "each/mass_ratio" in record.quantities
     if several and value is not None and alone is not None and value >= alone * (1.0 - _SAME):
         return paragraph(
-            f"None of these absorbers helps: the {measure} of the {what} under excitation by "
-            f"{cause} is {show(value)} with them and {show(alone)} without."
+            f"None of these absorbers helps: the {measure} of the {what} for {cause} excitation is "
+            f"{show(value)} with them and {show(alone)} without."
         )
     if value is None:
         return paragraph(words.rstrip(": ") + ".")
     if alone is not None and value > alone:
-        words += f"{show(value)}, more than the {show(alone)} without it"
+        words += f"{show(value)}, more than the {show(alone)} without the absorber"
     else:
-        words += f"{show(value)} instead of {'' if alone is None else show(alone)}"
+        words += show(value) + ("" if alone is None else f", without the absorber {show(alone)}")
         if alone is not None and math.isfinite(alone) and value > 0.0:
-            words += f", a factor {show(alone / value, digits=3)}"
+            words += f" (factor {show(alone / value, digits=3)})"
     lines = paragraph(words + ".")
     if options.get("frequency"):
         lines += _next_to_the_best(record, value)
@@ -307,19 +306,19 @@ def _next_to_the_best(record: Record, value: float) -> list[str]:
     if k is None or z is None or least is None:
         return []
     if value <= least * (1.0 + _SAME):
-        return paragraph("No spring and damper do better within the band.")
+        return paragraph("This is the optimum for the band.")
     return paragraph(
-        f"The best spring and damper for the band leave {show(least)}: a stiffness ratio of "
-        f"{show(k)} and a damping of {show(z)}."
+        f"Optimum for the band: peak {show(least)} with stiffness ratio {show(k)} and damping "
+        f"{show(z)}."
     )
 
 
 def _threshold(limit: float) -> str:
     if math.isinf(limit):
-        return "An absorber lowers the response at any damping of the primary."
+        return "An absorber reduces the response whatever the damping of the primary."
     if limit == 0.0:
-        return "With any damping of the primary it grows without bound."
-    return f"With a primary damping ratio of {show(limit)} or more an absorber brings nothing."
+        return "With any damping of the primary the response is unbounded."
+    return f"With a primary damping ratio of {show(limit)} or more an absorber gives no benefit."
 
 
 def is_mean(result: Result) -> bool:
@@ -332,10 +331,10 @@ def no_help(result: Result) -> str:
     options = table_of(result.case, "tuning")
     within = " within the bounds" if table_of(options, "bounds") else ""
     return {
-        "undamped_spring": f"No spring without a damper{within} lowers",
-        "viscous": f"No damper without a spring{within} lowers",
-        "lanchester": "This damper without a spring does not lower",
-    }.get(str(options.get("kind", "free")), f"No absorber{within} lowers")
+        "undamped_spring": f"No spring without a damper{within} reduces",
+        "viscous": f"No damper without a spring{within} reduces",
+        "lanchester": "This damper without a spring does not reduce",
+    }.get(str(options.get("kind", "free")), f"No absorber{within} reduces")
 
 
 def _proof(record: Record, given: bool) -> list[str]:
@@ -348,14 +347,14 @@ def _proof(record: Record, given: bool) -> list[str]:
         cost = scalar_of(record, TUNING + "bounds/penalty")
         what, small = "these peaks", "no small change"
         if cost is not None and cost > _PENALTY:
-            what, small = "these peaks and of the bounds that hold", "no small change within them"
+            what, small = "these peaks and the active bounds", "no small change within them"
         lines += paragraph(
-            f"the slopes of {what} by spring and damper cancel with these weights (left over: "
-            f"{left}), so that {small} lowers them all"
+            f"optimality: the weighted gradients of {what} with respect to spring and damper "
+            f"cancel (remainder {left}); {small} reduces all peaks"
         )
     used = scalar_of(record, TUNING + "evaluations")
     if used is not None and not given:
-        lines += paragraph(f"found with {int(used)} evaluations of a peak")
+        lines += paragraph(f"{int(used)} peak evaluations")
     return lines
 
 
@@ -364,17 +363,17 @@ def _methods(result: Result) -> list[str]:
     if is_mean(result):
         loss = of.columns[-1]
         assert isinstance(loss, Cells)
-        mean = loss._replace(head="mean square\nabove best, %")
+        mean = loss._replace(head="mean square above\noptimum, %")
         of = of._replace(columns=(*of.columns[:-1], mean))
     lines, _ = rows_of(record, of)
     if lines and TUNING + "bounds/penalty" in record.quantities:
-        lines += paragraph("closed forms know no bounds: all of these are without them")
+        lines += paragraph("closed forms ignore the bounds: all methods without bounds")
     promised = having(record, TUNING + "method/promised", "method")
     if promised is None or not scalar_of(record, TUNING + "primary_damping"):
         return lines
     forms = np.array(labels(promised.axes[0])) != "numerical"
     if np.any(np.isfinite(np.asarray(promised.values)[forms])):
-        lines += paragraph("promised by a closed form: the peak on an undamped primary")
+        lines += paragraph("predicted peak of a closed form: that of an undamped primary")
     return lines
 
 
@@ -384,14 +383,14 @@ def _bounded(record: Record) -> list[str]:
     if penalty is None:
         return []
     if float(penalty.values) <= _PENALTY:
-        return paragraph("the bounds cost nothing: the best tuning of all keeps them")
+        return paragraph("the optimum without bounds lies within them")
     active = having(record, TUNING + "bounds/active", "tuning_bound")
     held = [] if active is None else [
         name for name, holds in zip(labels(active.axes[0]), active.values, strict=True) if holds
     ]  # fmt: skip
     lines = paragraph(
-        f"the tuning is held by its bounds ({', '.join(held)}), which cost "
-        f"{show(100.0 * float(penalty.values), digits=3)} % of the peak; without them it would be:"
+        f"active bounds: {', '.join(held)}; they raise the peak by "
+        f"{show(100.0 * float(penalty.values), digits=3)} %; without them:"
     )
     names = ("stiffness_ratio", "secondary_damping", "peak", "travel")
     table_of_it, _ = scalars(record, (f"{TUNING}unbounded/{name}" for name in names), TUNING)
@@ -401,7 +400,7 @@ def _bounded(record: Record) -> list[str]:
 def _chart(record: Record) -> list[str]:
     free = ", without the bounds" if TUNING + "bounds/penalty" in record.quantities else ""
     lines, _ = rows_of(record, CHART)
-    return [*paragraph(f"Least peak over the mass ratio m{free}:"), *lines] if lines else []
+    return [*paragraph(f"Minimum peak for mass ratio m{free}:"), *lines] if lines else []
 
 
 # ----------------------------------------------------------------------------
@@ -448,7 +447,7 @@ def _change(record: Record) -> Quantity | None:
 
 
 ORDERS = Rows("swing", "swing, deg", (
-    Cells("pendulum/order_of_swing", "order"), Cells(_change, "off by, %", in_percent, right=True),
+    Cells("pendulum/order_of_swing", "order"), Cells(_change, "change, %", in_percent, right=True),
 ), label=lambda swing: f"{math.degrees(swing):.1f}", right=True, places=evenly(9))  # fmt: skip
 
 
@@ -471,14 +470,14 @@ def _words(result: Result) -> list[str]:
         swing = scalar_of(record, PENDULUM + "small/swing") or 0.0
         share = show(alone / rotor, digits=3) if rotor > 0.0 else "any"
         lines += paragraph(
-            f"small swings of {show(math.degrees(swing), digits=4)} deg bring the rotor's motion "
-            f"down by a factor {share}"
+            f"small swings of {show(math.degrees(swing), digits=4)} deg reduce the rotor's motion "
+            f"by a factor of {share}"
         )
     torque = table_of(result.case, "machine", "pendulum").get("torque")
     limit = scalar_of(record, PENDULUM + "jump/torque")
     if limit is not None and math.isfinite(limit):
-        words = f"beyond {show(limit)} N*m the pendulums jump out of step with the torque"
+        words = f"above {show(limit)} N*m the pendulums jump out of phase with the torque"
         if isinstance(torque, int | float) and torque:
-            words += f", {show(limit / torque, digits=3)} times the one of the case"
+            words += f" ({show(limit / torque, digits=3)} times the torque of the case)"
         lines += paragraph(words)
     return lines

@@ -79,7 +79,7 @@ def lanchester(m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 METHODS = {
     "den_hartog_brock": Method(
         den_hartog, "force", "displacement", False,
-        "undamped primary; true peak above the promised one by about m / 60 of it",
+        "undamped primary; actual peak about m / 60 above the predicted one",
         "Den Hartog, Mechanical Vibrations (1956); J. E. Brock, J. Appl. Mech. 13 (1946)",
     ),
     "nishihara_asami": Method(

@@ -108,9 +108,8 @@ def _topic_view(result: Result, words: dict[str, str], seconds: list[float | Non
 # ----------------------------------------------------------------------------
 
 _LEGEND = (
-    "Marks: * on the front between error and work, s on that between error and seconds (nothing "
-    "as accurate is cheaper), < what vibecalc takes. Work and errors are the same in every run, "
-    "seconds are those of this machine."
+    "Marks: * Pareto-optimal in error and work, s in error and seconds, < default of vibecalc. "
+    "Work and errors are reproducible, seconds are those of this machine."
 )
 _NARROW = 25
 #: rows of the answer; with what stands around them it fits on a screen
@@ -125,10 +124,10 @@ def render_answer(result: Result) -> str:
     failed = sum(trial.status == TRIAL_FAILED for topic in topics for trial in topic.trials)
     late = sum(len(topic.failed) for topic in topics) - failed
     more = (
-        (max(len(topics) - _ROWS, 0), "more questions"),
-        (failed, "settings that failed"),
-        (late, "settings not run for want of time (--longest)"),
-        (len(result.record.warnings), "questions left out"),
+        (max(len(topics) - _ROWS, 0), "more topics"),
+        (failed, "failed settings"),
+        (late, "settings skipped, time limit (--longest)"),
+        (len(result.record.warnings), "topics left out"),
     )
     said = ", ".join(f"{words}: {count}" for count, words in more if count)
     return text_of([*lines, *paragraph(f"In the text: {said}.") * bool(said)])
@@ -154,41 +153,39 @@ def _summary(topics: tuple[TopicView, ...]) -> list[str]:
     for topic in topics:
         ours, name = topic.default, f"{topic.words['stage']}: {topic.words['name']}"[:41]
         if ours is None or not ours.done:
-            said = "no method of ours" if ours is None else "ours failed"
+            said = "no method of vibecalc" if ours is None else "vibecalc failed"
             rows.append([name, "", "", said, "", ""])
             continue
         best = cheapest(topic.trials, max(ours.worst_relative, topic.noise), "seconds") or ours
-        shown = "ours" if best.is_default else best.method[:_NARROW]
+        shown = "vibecalc" if best.is_default else best.method[:_NARROW]
         times = [f"{one:.3g}" if one < 100.0 else f"{one:.0f}"
                  for one in (topic.more("seconds"), topic.more("work"))]  # fmt: skip
         rows.append([name, _error(ours.worst_relative), _seconds(ours), shown, *times])
-    heads = ("question", number("error"), number("seconds"), "fastest as accurate",
+    heads = ("topic", number("error"), number("seconds"), "fastest of that accuracy",
              number("time x"), number("work x"))  # fmt: skip
-    words = (
-        "Error and time of what vibecalc takes; time and work over the least that is as accurate."
-    )
+    words = "Error and time of vibecalc's default; time and work relative to the fastest."
     return [*table(heads, rows), "", *paragraph(words)]
 
 
 def _section(topic: TopicView) -> list[str]:
     words = topic.words
     about = {
-        "stands for": words["quantity"],
+        "quantity": words["quantity"],
         "reference": f"{words['reference']}; agreement {_error(topic.agreement)}",
         "work": words["work"],
         "position": words["position"],
     }
-    more = f"The default may take {words['default_extra']} times the least work: "
+    more = f"The default may need {words['default_extra']} times the minimum work: "
     dear = float(words["default_extra"]) > 1.0
-    orders = [[one["method"], one["setting"] or "nothing to set", one["shown"] or "-",
+    orders = [[one["method"], one["setting"] or "none", one["shown"] or "-",
                one["theory"] or "-"] for one in topic.methods]  # fmt: skip
     picks = [[f"{target:g}", *(_pick(topic, target, cost) for cost in ("work", "seconds"))]
              for target in TARGETS]  # fmt: skip
     blocks = stacked(
         [*paragraph(words["why"]), *pairs(row for row in about.items() if row[1])],
         _trials(topic),
-        table(("method", "steps", "convergence shown", "theory"), orders),
-        table((number("error"), "cheapest in work", "in seconds"), picks),
+        table(("method", "steps", "observed convergence", "theory"), orders),
+        table((number("error"), "least work", "least time"), picks),
         _failures(topic),
         paragraph(more + words["default_why"]) if dear else [],
     )
@@ -215,7 +212,7 @@ def _trials(topic: TopicView) -> list[str]:
 def _pick(topic: TopicView, target: float, cost: str) -> str:
     trial = cheapest(topic.trials, target, cost)
     if trial is None:
-        return "none reaches it"
+        return "not reached"
     name = f"{trial.method}, {trial.shown}" if trial.shown else trial.method
     return f"{name}: " + (_work(trial) if cost == "work" else f"{_seconds(trial)} s")
 

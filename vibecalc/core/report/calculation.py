@@ -176,7 +176,7 @@ def judged(result: Result) -> list[str]:
 
 
 _BARRED = (
-    "Kept but where barred: exceeded only in speed ranges that the rule lets be barred for "
+    "Kept unless barred: exceeded only in speed ranges that the rule allows to be barred for "
     "continuous running, and not at the operating speed."
 )
 _INFORMATIVE = "Informative: the society's or the standard's current text counts."

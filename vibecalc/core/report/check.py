@@ -41,9 +41,9 @@ def check_rows(case: "Case") -> tuple[list[dict[str, Any]], dict[str, Any]]:
     time = time_in_words(seconds)
     # what no estimate can know: whether a search finds a way to keep the limits
     searched = case.optimisation is not None and case.limit
-    more = "; some ten times as long where the limits cannot all be kept" if searched else ""
+    more = "; about ten times as long if not all limits can be met" if searched else ""
     megabytes = 10 * round(needs.megabytes / 10.0)
-    text = f"takes {time} on one thread and about {megabytes} MB{more}"
+    text = f"estimate: {time} on one thread, about {megabytes} MB{more}"
     return rows, {"time": time, "megabytes": needs.megabytes, "text": text}
 
 
@@ -142,7 +142,8 @@ def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:
 # ----------------------------------------------------------------------------
 
 #: keys of a plan row, in the order shown, with their headings
-ROWS = {"why": "why", "parts": "reads", "orders": "orders", "cost": "cost", "quantities": "makes"}
+ROWS = {"why": "reason", "parts": "inputs", "orders": "orders", "cost": "cost",
+        "quantities": "results"}  # fmt: skip
 
 
 def plan_object(
@@ -174,8 +175,8 @@ def render_plan(
         shown = {**stage, "quantities": _by_folder(stage.get("quantities", ""))}
         lines += pairs([(name, shown[key]) for key, name in ROWS.items() if shown.get(key)])
     counted = sum(row.kind == "published" and not row.known_difference for row in case.reference)
-    words = f"{many(len(case.reference), 'reference')}, {counted} of them counted; "
-    words += f"{many(len(case.limit), 'limit')} in [[limit]]"
+    words = f"{many(len(case.limit), 'limit')}, "
+    words += f"{many(len(case.reference), 'reference number')} ({counted} counted)"
     return "\n".join([*lines, "", str(total["text"]), words])
 
 

@@ -11,8 +11,8 @@ from vibecalc.core.report.writing import many, number, table
 from vibecalc.core.results.compare import ComparedRow, Comparison, FilePair
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, ResultError
 
-_COLUMNS = ("quantity", number("reference"), number("value"), number("off by"), number("allowed"),
-            number("ratio"))  # fmt: skip
+_COLUMNS = ("quantity", number("reference"), number("value"), number("difference"),
+            number("allowed"), number("ratio"))  # fmt: skip
 
 #: characters that XML 1.0 cannot hold, escaped or not
 _NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -30,7 +30,7 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
     lines: list[str] = []
     numbers = [row for row in shown or close if row.entries]
     if numbers:
-        title = "Differences, the worst first" if differing else "Nearest to their tolerance"
+        title = "Differences, worst first" if differing else "Closest to their tolerance"
         lines += [title, "", *table(_COLUMNS, [_cells(row) for row in numbers]), ""]
     problems = [f"  {row.path}: {problem}" for row in shown for problem in row.problems]
     if len(differing) > len(shown):

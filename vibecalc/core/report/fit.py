@@ -55,7 +55,7 @@ def _keys(result: Result) -> list[str]:
         )
         known = math.isfinite(size)
         share = f"{100.0 * size / abs(fitted):.2g} %" if known and fitted else ""
-        off = show(size, digits=2) if known else "not told"
+        off = show(size, digits=2) if known else "not identifiable"
         side = int(scalar_of(result.record, f"{PREFIX}active_bound/{key}") or 0)
         shown = show(*start), show(fitted, error, _digits(fitted, size))
         rows.append([key, *shown, off, unit, share, SIDES[side]])
@@ -81,17 +81,17 @@ def _goodness(result: Result) -> list[str]:
     if spare > 0:
         chance = float(scalar_of(record, PREFIX + "probability") or 0.0)
         shown = f"{chance:.2g}" if chance > 1e-9 else "less than 1e-9"
-        words += f" (chance makes it as large with a probability of {shown})"
+        words += f" (probability of a larger value: {shown})"
     before = scalar_of(record, PREFIX + "start_chi_square")
     if before is not None:
-        words += f"; as written {show(before)}"
+        words += f"; start {show(before)}"
     words += "; +- is the standard uncertainty"
     if growth > 1.0:
-        words += f", grown by {growth:.3g}"
+        words += f", scaled by {growth:.3g}"
     searches = record.quantities.get(PREFIX + "search_chi_square")
     if searches is not None and len(searches.values) > 1:
         same = int(np.sum(np.asarray(searches.values) <= chi * (1.0 + 1e-3) + 1e-9))
-        words += f"; {same} of {len(searches.values)} searches ended there"
+        words += f"; {same} of {len(searches.values)} searches agree"
     return paragraph(words)
 
 
@@ -116,7 +116,7 @@ def _paste(result: Result) -> list[str]:
             offset = parse_quantity(tie.get("offset") or 0.0, unit)
             settings.append((tie["key"], float(tie.get("factor", 1.0)) * value + offset, unit))
     told = (f"--set '{key}={f'{value:.7g} {unit}'.rstrip()}'" for key, value, unit in settings)
-    return paragraph(f"to run with these values: --unset fit {' '.join(told)}")
+    return paragraph(f"to run with the fitted values: --unset fit {' '.join(told)}")
 
 
 # ----------------------------------------------------------------------------
@@ -156,7 +156,7 @@ def _points(result: Result, most: int | None) -> list[str]:
         rows = sorted(rows, key=lambda row: -row[0])[:most]
     words = "measured point" if most is None else "measured point, worst first"
     columns = (words, number("measured"), number("+-"), number("start"), number("fitted"), "unit",
-               number("off / +-"))  # fmt: skip
+               number("error / +-"))  # fmt: skip
     return table(columns, [cells for _, cells in rows])
 
 
@@ -171,6 +171,6 @@ def _combinations(result: Result) -> list[str]:
         parts = (f"{part:+.2f} {key.rpartition('.')[2]}"
                  for key, part in zip(labels(found.axes[1]), vector, strict=True)
                  if abs(part) >= 0.02)  # fmt: skip
-        off = f"{100.0 * size:.2g} %" if math.isfinite(size) else "not told"
+        off = f"{100.0 * size:.2g} %" if math.isfinite(size) else "not identifiable"
         rows.append([" ".join(parts), off])
-    return table(("combination, in ways between bounds", number("+- of the way")), rows)
+    return table(("combination of scaled keys", number("+-, of the range")), rows)

@@ -85,7 +85,7 @@ def margin(row: Verdict) -> str:
 
 def limit_verdict(row: Verdict) -> str:
     """`kept`, `BROKEN` or `UNDECIDED`, or whether an expected break came."""
-    state = "kept but where barred" if row.state == BARRED and row.expect == KEPT else row.state
+    state = "kept unless barred" if row.state == BARRED and row.expect == KEPT else row.state
     if row.expect == KEPT:
         return state if row.satisfied else state.upper()
     return "broken, as expected" if row.satisfied else f"{state.upper()}, not broken as expected"
@@ -205,7 +205,7 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
             f"none of {many(known, 'published number')} is reproduced, for known reasons"
         )
     if measured:
-        clauses.append(f"{measured} measured {_is(measured)} for comparison")
+        clauses.append(f"{many(measured, 'measured number')} for comparison")
     return "; ".join(clauses) + "." if clauses else ""
 
 
@@ -220,7 +220,7 @@ def _note(row: ReferenceRow, *, shown: bool = False) -> str:
         by = "" if row.shown_by.startswith(_NOT_SHOWN) else "shown by "
         note += f" ({by}{row.shown_by})"
     if row.agrees:
-        note += " - yet it agrees within its tolerance: remove the note or the row"
+        note += " - but it agrees within its tolerance: remove the note or the row"
     return note
 
 
@@ -233,7 +233,7 @@ def _broken(row: Verdict) -> str:
         borne, allowed = (show(one, digits=4) for one in (row.computed, row.max))
         return f": {borne} {row.unit}, allowed {allowed}, {use}"
     by = f" by {show(-row.margin)} {row.unit}".rstrip() * (row.margin < 0.0)
-    return f" breaks its bound{by}"
+    return f" violates its limit{by}"
 
 
 def _spoken(row: Verdict) -> str:
@@ -265,12 +265,12 @@ def tolerance(result: Result) -> Section | None:
     found = _summary(result)
     if found is None:
         return None
-    words = f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results"
+    words = f"rtol = {found.rtol:g} met by {found.met} of {found.held} results"
     if found.worst:
-        share = f"is {UNRESOLVED}" if found.share >= 1.0 else f"has {show_error(found.share)}"
-        words += f", the worst {share}: {found.worst}"
+        share = UNRESOLVED if found.share >= 1.0 else show_error(found.share)
+        words += f"; largest relative error {share}: {found.worst}"
     rows = [("tolerance", words)]
-    rows += [("not held to it", f"{count}: {words}") for words, count in found.exempt]
+    rows += [("exempt", f"{count}: {words}") for words, count in found.exempt]
     return section("Tolerance", [pairs(rows)])
 
 
@@ -298,7 +298,7 @@ def closings(result: Result) -> Iterator[Section]:
 def failures() -> list[Section]:
     """What could not be made of a report."""
     failed = [line for one in failed_parts() for line in paragraph(one, "-")]
-    made = section("Parts that could not be made, by a fault of vibecalc", [failed])
+    made = section("Parts left out because of a bug in vibecalc", [failed])
     return [made] if made else []
 
 
@@ -335,7 +335,7 @@ def accuracy(result: Result) -> Section | None:
         cells = show(largest, error), one.unit, show_error(error), _shown_ratio(one, largest)
         rows.append([one.path, *cells])
     rtol = table_of(result.case, "accuracy").get("rtol")
-    title = "Accuracy: error estimates" + ("" if rtol is None else f" (asked for: rtol = {rtol:g})")
+    title = "Accuracy: error estimates" + ("" if rtol is None else f" (requested: rtol = {rtol:g})")
     heads = ("quantity", number("largest"), "unit", number("error"), number("relative"))
     return section(title, [table(heads, rows)])
 

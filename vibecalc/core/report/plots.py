@@ -389,9 +389,9 @@ def draw_accuracy(result: Result) -> "Figure | None":
     ring, dot = {"mfc": "none", "color": TOTAL, "ls": "none"}, {"color": QUIET, "ls": "none"}
     figure.legend(
         loc="outside lower center", ncols=2,
-        handles=[*panels[0].plot([], [], "o", label="none as accurate is faster", **dot),
+        handles=[*panels[0].plot([], [], "o", label="fastest of its accuracy", **dot),
                  *panels[0].plot([], [], "o", ms=10, mew=1.4, label="default of vibecalc", **ring),
-                 *panels[0].plot([], [], "v", label="at the foot: no error at all", **dot),
+                 *panels[0].plot([], [], "v", label="at the bottom: zero error", **dot),
                  *panels[0].plot([], [], ":", color=LIMIT, label="error of the reference itself")],
     )  # fmt: skip
     return figure

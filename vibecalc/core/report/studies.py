@@ -68,7 +68,7 @@ def optimisation(result: Result) -> Section | None:
     if not paths:
         return None
     left = grouped([record[path] for path in paths if not path.startswith(_REPORTED)], PREFIX)
-    picked = table(("picked", "as written", "optimum", number("out of")), picked_of(result))
+    picked = table(("choice", "as written", "optimum", number("options")), picked_of(result))
     blocks: list[Part] = [picked, _variables(result), _objective(result), _combinations(result)]
     blocks += [_robust(result), advice(result), rows_of(record, HOLDING), _nearby(record)]
     searched = together(rows_of(record, OPTIMA), rows_of(record, SEARCHES), left)
@@ -198,9 +198,9 @@ def _combinations(result: Result) -> list[str]:
                      "evaluations")
     )  # fmt: skip
     count = f"all {possible} combinations" if examined == possible else f"{examined} of {possible}"
-    words = f"{count} examined, {runs} points in all; {kept if kept < examined else 'all'} of them "
-    words += "keep the limits"
-    beyond = "; none that differs in one choice from the one found is better"
+    words = f"{count} examined ({runs} points in total); {kept if kept < examined else 'all'} "
+    words += "meet the limits"
+    beyond = "; no combination that differs in a single choice is better"
     words += beyond * (examined < possible)
     lines, _ = rows_of(record, _listed("combination", "combinations", *columns))
     return paragraph(words) + lines
@@ -226,17 +226,17 @@ def _robust(result: Result) -> list[str]:
     columns = [Cells(path, words, goal.unit) for path, words in parts.items()]
     of = Rows("point", goal.name, columns, root=root, across=True)
     columns = [Cells(f"margin_{one}", one) for one in ("nominal", "mean", "deviation")]
-    left = Rows("limit", "share of the limit that is left", columns, root=root)
+    left = Rows("limit", "margin / limit", columns, root=root)
     scattered = []
     for one in table_of(result.case, "optimisation", "robust").get("tolerances") or ():
-        how = f"normally with a deviation of {one.get('deviation')}"
+        how = f"normal, standard deviation {one.get('deviation')}"
         if one.get("half_width") is not None:
-            how = f"evenly within +-{one['half_width']}"
+            how = f"uniform within +-{one['half_width']}"
         scattered.append(f"{one['key']} {how}")
     count, points = (int(scalar_of(record, PREFIX + name) or 0)
                      for name in ("robust/samples", "evaluations"))  # fmt: skip
-    words = f"over tolerances: {'; '.join(scattered)}. {count} machines, the same deviations for "
-    words += f"each of {points} points; standard errors are those of other machines drawn"
+    words = f"tolerances: {'; '.join(scattered)}. {count} samples, the same deviations at each of "
+    words += f"{points} points; the standard errors are those of the sampling"
     return [*paragraph(words), *stacked(rows_of(record, of)[0], rows_of(record, left)[0])]
 
 
@@ -267,17 +267,17 @@ def _front(result: Result) -> list[str]:
     marks = np.where(np.arange(len(along.values)) + 1 == knee, "knee", "")
     columns.append(Cells(lambda _: part_of(along, marks, *along.axes), ""))
     names = [goal.name for goal, _ in goals]
-    words = f"front: the best objective for each value of the second, {names[1]}"
+    words = f"Pareto front: best objective for each value of the second, {names[1]}"
     if len(names) > 2:
         listed = "; ".join(map(": ".join, zip(titles, names, strict=True)))
-        words = f"front: no objective can be better without another being worse. {listed}"
+        words = f"Pareto front: no objective improves without another getting worse. {listed}"
     more = many(len(keys) - most, "further variable is", "further variables are")
     words += f"; {more} in the result file" * (len(keys) > most)
     best = " and ".join(goal.shown(goal.best(one.values), one.error_estimate)
                         for goal, one in goals)  # fmt: skip
-    end = f"bends most at point {knee}, its knee" if knee else "has no knee"
+    end = f"knee at point {knee}" if knee else "no knee"
     lines, _ = rows_of(record, Rows("front_point", "front", columns, root=FRONT.rstrip("/")))
-    utopia = f"utopia, the best of each alone: {best}; the front {end}"
+    utopia = f"utopia point, the best of each objective alone: {best}; {end}"
     return [*paragraph(words), *lines, *paragraph(utopia)]
 
 
@@ -311,11 +311,11 @@ def _advised(record: Record, one: Variable) -> str:
         parts[0] += " is best"
     elif abs(one.value - one.start) <= one.error:
         rough = one.error > _ALIKE * abs(one.value)
-        off = f", known to {show_in(one.error, one.unit, digits=2)} only"
-        parts[0] = f"leave it at {parts[0]}" + off * rough
+        off = f" (accurate to {show_in(one.error, one.unit, digits=2)})"
+        parts[0] = f"keep {parts[0]}" + off * rough
     else:
         verb = "raise" if one.value > one.start else "lower"
-        parts[0] = f"{verb} it from {show(one.start)} to {parts[0]}"
+        parts[0] = f"{verb} from {show(one.start)} to {parts[0]}"
     goal = record.quantities.get(PREFIX + "objective")
     unit = "" if goal is None else goal.unit
     if slope is not None:
@@ -332,7 +332,7 @@ def _deviation(record: Record, one: Variable, size: Quantity, loss: Quantity) ->
     amount = show_in(abs(convert(moved, size.unit, one.unit)), one.unit)
     objective = scalar_of(record, PREFIX + "objective")
     if abs(lost) <= loss.error_estimate:
-        effect = "changes the objective by nothing that can be seen"
+        effect = "has no visible effect on the objective"
         if loss.error_estimate > _ALIKE * abs(objective or 0.0):
             off = show_in(float(loss.error_estimate), loss.unit, digits=2)
             effect = f"changes the objective by less than its error, {off}"
@@ -343,7 +343,7 @@ def _deviation(record: Record, one: Variable, size: Quantity, loss: Quantity) ->
     margin = record.quantities.get(f"{PREFIX}deviation/margin/{one.key}")
     if margin is not None and float(margin.values) < -margin.error_estimate:
         broken = show_percent(-float(margin.values)).removeprefix("+")
-        words.append(f"a deviation of that size may break a limit by {broken} of its bound")
+        words.append(f"that deviation may exceed a limit by {broken}")
     return words
 
 
@@ -354,8 +354,8 @@ def _gain(result: Result) -> list[str]:
     value, worse = float(gain.values), float(gain.values) < -gain.error_estimate
     lower = objective_of(result, gain.unit).smaller != worse
     amount = show_in(abs(value), gain.unit, gain.error_estimate)
-    words = f"together: the objective becomes {'lower' if lower else 'higher'} by {amount}"
-    return paragraph(words + ", to keep the limits" * worse)
+    words = f"all changes together: objective {'lower' if lower else 'higher'} by {amount}"
+    return paragraph(words + " to meet the limits" * worse)
 
 
 # ----------------------------------------------------------------------------
@@ -394,9 +394,9 @@ def find(result: Result) -> Section | None:
         machines.append(side_by_side((f"with {search['name']}", "written", "found"), found))
     if not rows:
         return None
-    notes = paragraph(f"nothing found for {', '.join(missing)}: see the warnings", "-")
+    notes = paragraph(f"no solution for {', '.join(missing)}: see the warnings", "-")
     notes = notes * bool(missing) + paragraph("all other sections show the case as written", "-")
-    details = {"what each search reached": together(below, *machines)}
+    details = {"results of each search": together(below, *machines)}
     heads = ("name", "key", number("written"), number("found"), "unit", number("ratio"),
              number("reached"), number("wanted"))  # fmt: skip
     shown = [path for path in record if path.startswith(FIND_PREFIX)]

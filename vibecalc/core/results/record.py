@@ -55,22 +55,22 @@ TURN = "turn"
 CYCLE = "cycle"
 
 #: why a result is not held to `[accuracy] rtol`
-CANCELLING = "sums that are there to show what cancels"
-CHECK = "checks that are zero for the exact solution, so that all of them is error"
-DIFFERENCE = "differences of results, with the digits that are left"
-EXAMINED = "the largest of what is examined"
-MARCHED = "read off a march in time, as well as its steps show"
-PLACE = "places of peaks, which are flat there"
-SEARCHED = "ends of searches, where a minimum is flat"
-SPECTRUM = "levels and phases, for which the harmonics behind them stand"
-STATISTIC = "statistics, whose standard error is far larger"
-UNCERTAINTY = "uncertainties, of which two digits tell all"
+CANCELLING = "sums that show cancellation"
+CHECK = "checks (zero for the exact solution)"
+DIFFERENCE = "differences of nearly equal results"
+EXAMINED = "maxima of a sample"
+MARCHED = "values read off a time integration, limited by its steps"
+PLACE = "locations of flat peaks"
+SEARCHED = "search results at flat minima"
+SPECTRUM = "levels and phases (their harmonics are judged instead)"
+STATISTIC = "statistics (their standard error is far larger)"
+UNCERTAINTY = "uncertainties (two digits are enough)"
 
 #: what lets more results meet `[accuracy] rtol`
-ORDERS = "where too few orders are kept, more help ([excitation] orders)"
-RESONANCE = "next to an undamped resonance only damping does"
+ORDERS = "if the series is truncated, add orders ([excitation] orders)"
+RESONANCE = "near an undamped resonance add damping"
 CANCELS = "limited by cancellation"
-MARCH = "a march in time keeps to the tolerance in each step, not over all of them"
+MARCH = "a time integration meets the tolerance per step, not over all steps"
 
 
 class Entry(NamedTuple):

@@ -29,7 +29,7 @@ MOST_NAMES = 4
 UNRESOLVED = "unresolved"
 #: a magnitude of a few error estimates is what cancelling leaves
 ZERO = 4.0
-_NO_SCALE = "zero to rounding of their own terms"
+_NO_SCALE = "zero to rounding"
 #: that of an optimum, in any of the methods
 _BALANCE = "/kkt_residual"
 #: begins the paths of results at the start of a search, and of a machine that it has found
@@ -140,22 +140,19 @@ def tolerance_warning(record: Record, rtol: float) -> str | None:
     # each thing that helps is said once
     advice = "; ".join(dict.fromkeys(words for path in worst for words in helps(path)))
     more = f" and {len(worst) - MOST_NAMES} more" if len(worst) > MOST_NAMES else ""
-    return (
-        f"accuracy rtol = {rtol:g} not reached, by error estimate over largest magnitude: "
-        f"{named}{more}; {advice}"
-    )
+    return f"accuracy not reached (relative error above rtol = {rtol:g}): {named}{more}; {advice}"
 
 
 def remedy(quantity: Quantity, case: Mapping[str, Any]) -> str:
     """What would make the error of a result smaller, in words: where it comes from tells."""
     error = quantity.estimate
     if quantity.standard_error:
-        return "more members or revolutions in [response.impact], whose scatter is the error"
+        return "more members or revolutions in [response.impact] (the error is statistical)"
     orders = (case.get("excitation") or {}).get("orders")
     if orders is not None and ORDERS in helps(quantity.path):
-        return f"more orders than [excitation] orders = {orders} keeps"
+        return f"more orders in [excitation] (now {orders})"
     if error <= ROUNDING * error.terms:
-        return "nothing but another bound (the value lies on it to rounding)"
+        return "only another bound (the value equals it to rounding)"
     rtol = (case.get("accuracy") or {}).get("rtol")
     return "a smaller [accuracy] rtol" + ("" if rtol is None else f" than {rtol:g}")
 

@@ -79,8 +79,8 @@ def balance(binding: "Binding") -> tuple[Optimum, float, bool] | None:
     moved = np.where(sides == 0, moved, np.where(sides < 0, low, high))
     violation, free = float(np.max(-margins, initial=0.0)), solution.free_directions
     note = (
-        f"equally good weights form a continuum with {free} free direction"
-        f"{'s' if free > 1 else ''}; the smallest or most central are given"
+        f"the optimum is not unique: {free} free direction{'s' if free > 1 else ''}; the smallest "
+        "or most central weights are shown"
     )
     optimum = Optimum(
         variables=moved,

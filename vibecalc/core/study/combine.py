@@ -91,17 +91,17 @@ class Combined:
         notes = []
         if len(self.examined) < self.possible:
             notes.append(
-                f"{len(self.examined)} of {self.possible} combinations were examined: no "
-                "combination that differs from the one found in a single choice, by one step where "
-                "they are numbers, is better; that none of the others is better is not shown"
+                f"{len(self.examined)} of {self.possible} combinations were examined: none that "
+                "differs in a single choice, by one step where they are numbers, is better; "
+                "that none of the others is better is not shown"
             )
         lost = [one for one in self.examined if np.isinf(one.rank[0])]
         if lost:
             words = [f"{in_words(self.choices, one.picked)}: {one.end}" for one in lost[:3]]
             words += [f"and {len(lost) - 3} more"] * (len(lost) > 3)
             notes.append(
-                f"{len(lost)} of the combinations examined have no optimum, so that the best is "
-                f"that of the others: {'; '.join(words)}"
+                f"{len(lost)} of the combinations examined have no optimum and do not "
+                f"compete: {'; '.join(words)}"
             )
         return tuple(notes)
 

@@ -119,8 +119,8 @@ class Along:
             solutions, jumps = roots(curve, self.level)
             self.solutions = sorted(self._around(solutions), key=self._distance)
             self.notes = [
-                f"{search.quantity} jumps past the wanted value at {self._key(one.key)}: "
-                "that is no solution"
+                f"{search.quantity} jumps across the target at {self._key(one.key)}: "
+                "no solution there"
                 for one in jumps
             ]
         failed = curve.failed()
@@ -129,7 +129,7 @@ class Along:
             between = f"at {first}" if first == last else f"between {first} and {last}"
             self.notes.append(
                 f"{len(failed)} of {len(curve.samples)} points could not be computed, "
-                f"{between}, and no solution next to or between them is claimed: {self._reasons()}"
+                f"{between}; solutions near them may be missed: {self._reasons()}"
             )
         if not self.solutions:
             raise NumericalFailure("; ".join([self._nothing(), *self.notes]))
@@ -153,9 +153,7 @@ class Along:
         if self.search.target is not None:
             return Level(parse_quantity(self.search.target, unit), 0.0)
         if not math.isfinite(value):
-            raise NumericalFailure(
-                f"{self.search.quantity} of the case as written is no finite number"
-            )
+            raise NumericalFailure(f"{self.search.quantity} of the case as written is not finite")
         return Level(value + parse_quantity(str(self.search.change), unit), error)
 
     def _distance(self, solution: Solution) -> float:
@@ -173,14 +171,14 @@ class Along:
         better = self.solutions and sign * (best.value - self.solutions[0].sample.value) < 0.0
         if better and not self.turn:
             yield (
-                f"the {search.seek} is that between the bounds; {search.quantity} is "
-                f"{'lower' if sign > 0.0 else 'higher'} still, {self._result(best.value)}, "
+                f"the {search.seek} inside the bounds is reported; {search.quantity} is even "
+                f"{'lower' if sign > 0.0 else 'higher'}, {self._result(best.value)}, "
                 f"{self._place(best)}"
             )
 
     def _place(self, sample: Sample) -> str:
         at_bound = sample.place in (self.curve.first, self.curve.last)
-        where = "at the bound" if at_bound else "next to what cannot be computed, at"
+        where = "at the bound" if at_bound else "at the edge of the computable range,"
         return f"{where} {self._key(sample.key)}"
 
     def _nothing(self) -> str:
@@ -195,9 +193,9 @@ class Along:
             )
         near = min(computed, key=self.level.off)
         return (
-            f"no {search.key} between {bounds} brings {search.quantity} to "
-            f"{self._result(self.level.wanted)}: it goes from {self._result(low.value)} at "
-            f"{self._key(low.key)} to {self._result(high.value)} at {self._key(high.key)}, and is "
+            f"no {search.key} between {bounds} gives {search.quantity} = "
+            f"{self._result(self.level.wanted)}: minimum {self._result(low.value)} at "
+            f"{self._key(low.key)}, maximum {self._result(high.value)} at {self._key(high.key)}, "
             f"nearest at {self._key(near.key)} with {self._result(near.value)}"
         )
 

@@ -175,7 +175,7 @@ def _add(record: Record, loaded: "LoadedCase", of: Residuals, found: LeastSquare
 def _warnings(of: Residuals, found: LeastSquares) -> list[str]:
     """What has to be said of the fit in words."""
     said = [
-        f"no measured point depends on {key}: it stays as written"
+        f"no measured point depends on {key}: it keeps its start value"
         for key, felt in zip(of.keys, found.felt, strict=True)
         if not felt
     ]
@@ -185,9 +185,9 @@ def _warnings(of: Residuals, found: LeastSquares) -> list[str]:
         named = np.flatnonzero(np.abs(vector) > _NAMED).tolist()
         if known or not np.all(found.felt[named]):
             continue
-        how = "nothing" if np.isinf(uncertainty) else "no more than their bounds do"
+        how = "not identifiable" if np.isinf(uncertainty) else "known no better than by bounds"
         if len(named) == 1:
-            said.append(f"the measured points tell {how} of {of.keys[named[0]]}")
+            said.append(f"from the measured points {of.keys[named[0]]} is {how}")
             continue
         # changes in percent, of the largest part by one percent
         size = np.where(found.variables != 0.0, np.abs(found.variables), found.widths)
@@ -197,22 +197,21 @@ def _warnings(of: Residuals, found: LeastSquares) -> list[str]:
             f"{steps[one]:+.3g} % of {of.keys[one].rpartition('.')[2]}" for one in named
         )
         said.append(
-            f"the measured points cannot tell {both([of.keys[one] for one in named])} apart: "
-            f"of {together} they tell {how}"
+            f"the measured points cannot separate {both([of.keys[one] for one in named])}: "
+            f"{together} is {how}"
         )
     said += [
-        f"{key} is at its {'lower' if side < 0 else 'upper'} bound: the points would have it "
-        "beyond, and its standard uncertainty is theirs alone"
+        f"{key} is at its {'lower' if side < 0 else 'upper'} bound: the points fit better "
+        "beyond it, and its standard uncertainty ignores the bound"
         for key, side in zip(of.keys, found.active, strict=True)
         if side
     ]
     if found.growth > 1.0:
         worst = int(np.argmax(np.abs(found.residuals)))
         said.append(
-            f"the points scatter {found.growth:.3g} times as far as their uncertainties say, "
-            "more than chance does: those of the keys have grown by that; "
-            f"{of.points[worst].name} is off most, by {abs(found.residuals[worst]):.3g} of "
-            "its own"
+            f"residuals are {found.growth:.3g} times as large as the measurement uncertainties: "
+            "the uncertainties of the keys are scaled by that factor; largest residual: "
+            f"{of.points[worst].name}, {abs(found.residuals[worst]):.3g} times its uncertainty"
         )
     if found.failures:
         why = "; ".join(dict.fromkeys([*found.failures.values()][:3]))

@@ -36,7 +36,7 @@ def _fronts(
 
     if not choices or front_runs(study, every=True) > MOST_RUNS:
         found = traced(out.binding)
-        words = f"the front is that of {in_words(choices, out.binding.picked)} alone"
+        words = f"the front is for {in_words(choices, out.binding.picked)} only"
         return [(out.binding.picked, found)], [words] if choices else found.notes
     fronts: list[tuple[tuple[int, ...], FrontPoints]] = []
     notes: list[str] = []

@@ -125,7 +125,7 @@ def describe_find(case: "Case") -> dict[str, str]:
     keys = (key for search in case.find for key in (search.key, *search.also))
     runs = " + ".join(str(search.points) for search in case.find)
     quantities = ", ".join(dict.fromkeys(search.quantity for search in case.find))
-    cost = f"{runs} runs, and some 15 for each solution, of the stages that make {quantities}"
+    cost = f"{runs} runs and about 15 per solution of the stages for {quantities}"
     return _row("find", "[[find]]", keys, cost, find_entries(case))
 
 
@@ -199,7 +199,7 @@ def describe_fit(case: "Case") -> dict[str, str]:
     assert case.fit is not None
     keys = [variable.key for variable in case.fit.variables]
     cost = f"{len(list(chosen_references(case)))} measured points, {case.fit.starts + 1} searches "
-    cost += f"of some {_FIT_RUNS * len(keys)} runs each of the stages that make "
+    cost += f"of about {_FIT_RUNS * len(keys)} runs each of the stages for "
     cost += ", ".join(_measured(case))
     return _row("fit", "[fit]", keys, cost, fit_entries(case))
 
@@ -353,22 +353,22 @@ def describe_study(case: "Case") -> dict[str, str]:
     keys += [table for stock in study.stock for table in (stock.table, *stock.also)]
     choices = choices_of(study)
     possible, points = combinations(choices), study.front_points or FRONT_POINTS
-    each = f"of some {runs_of_one(study)} runs each" if study.moving else "of one run each"
+    each = f"of about {runs_of_one(study)} runs each" if study.moving else "of one run each"
     if balances(case):
         cost = "solved as linear least squares within bounds"
     elif not choices:
-        cost = f"{study.starts + 1} searches of some 50 runs each of the stages above"
+        cost = f"{study.starts + 1} searches of about 50 runs each of the stages above"
     elif examines_all(study, choices):
         cost = f"all {possible} combinations {each} of the stages above"
     else:
         cost = (
-            f"differential evolution over {possible} combinations {each}, then all next to the "
-            f"best, within some {MOST_RUNS} runs of the stages above"
+            f"differential evolution over {possible} combinations {each}, then all neighbours "
+            f"of the best, within about {MOST_RUNS} runs of the stages above"
         )
     if study.robust:
-        cost += f", each run {study.robust.samples} machines within the tolerances"
+        cost += f", each with {study.robust.samples} samples of the tolerances"
     if study.second_objective and study.moving:
-        cost += f", some 100 runs for each of {points} points of the front"
+        cost += f", about 100 runs for each of {points} points of the front"
         count = front_runs(study) // (points * FRONT_RUNS)
         cost += f" of each of {count} combinations" if count > 1 else ""
     paths = (one for one in optimisation_entries(case) if not one.startswith(f"{ROOT}/start/"))

@@ -151,7 +151,7 @@ def add_nearest(out: Studied, nearest: "Infeasible") -> None:
     out.record.failure = "no values of the variables between their bounds keep all limits"
     out.record.warnings.insert(
         0,
-        f"{out.record.failure}; these come nearest, and all results are theirs: "
+        f"{out.record.failure}; these come nearest, all results are for them: "
         f"{binding.words(variables)}. {binding.broken(variables)}. Widen the bounds of the "
         "variables or relax these limits.",
     )
@@ -183,8 +183,8 @@ def add_sensitivity(out: Studied, optimum: "Optimum") -> None:
         if len(known) < len(slopes):
             lost = " and the ".join(name for name in slopes if name not in known)
             out.warn(
-                f"the slope of the objective by {key} is undefined at the {lost}: a kink, or no "
-                "values next to it"
+                f"the slope of the objective by {key} is undefined at the {lost}: kink, or no "
+                "neighbouring values"
             )
         if known:
             values = np.array([slopes[name][0][i] for name in known])

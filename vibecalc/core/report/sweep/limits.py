@@ -210,7 +210,7 @@ def limit_lines(sweep: SweepView, judged: Limits) -> list[str]:
     rows = [_row(sweep, limit) for limit in judged.limits]
     lines = [*table(_LIMITS, rows), "", *_region(sweep, judged)] if rows else []
     for path in judged.missing:
-        lines += paragraph(f"the limit on {path} is not judged: the sweep does not keep it")
+        lines += paragraph(f"the limit on {path} is not judged: the sweep does not store it")
     return lines
 
 
@@ -259,11 +259,11 @@ def _region(sweep: SweepView, judged: Limits) -> list[str]:
             words = f"({sweep.words(here)}): {sweep.words_of(near)}"
             lines += paragraph(f"nearest to the case as written {words}.")
         return lines
-    lines = paragraph("No computed point keeps all limits.")
+    lines = paragraph("No computed point meets all limits.")
     if broken := least_broken(sweep, judged.limits):
         point, limit, share = broken
-        text = f"closest at {sweep.words_of(point)}: {read_as(limit.quantity, '')[0]} is "
-        text += f"{show(100.0 * share, digits=3)} % of its bound beyond it"
+        text = f"closest: {sweep.words_of(point)}, {read_as(limit.quantity, '')[0]} violates its "
+        text += f"limit by {show(100.0 * share, digits=3)} %"
         label = limit.worst.label(point)
         lines += paragraph(text + (f" ({label})." if label else "."))
     return lines
@@ -283,7 +283,7 @@ def _extent(sweep: SweepView, kept: np.ndarray) -> list[str]:
         numbers = map(key.number, ends.ravel())
         rows.append([key.label, *numbers, key.written_unit, "<" * bool(low) + ">" * bool(high)])
     words = (
-        "< and >: the region reaches the lower or the upper end of what was swept, and may go on "
+        "< and >: the region reaches the lower or upper end of the swept range and may extend "
         "beyond it"
     )
     return [*table(_REGION, rows), *(paragraph(words) if any(row[-1] for row in rows) else [])]

@@ -264,8 +264,8 @@ def statistic_lines(sweep: SweepView) -> list[str]:
         rows.append([f"{name} {unit}".rstrip(), shown[0], spread, *shown[1:]])
     heads = "quantity", "mean", "+-", *(f"{100 * level:g} %" for level in LEVELS)
     words = (
-        "+-: standard error of the mean, as of independent samples; of several entries at a "
-        "point the largest one counts"
+        "+-: standard error of the mean for independent samples; the largest of several "
+        "entries at a point is used"
     )
     notes = [words] * bool(rows) + notes
     lines = table([heads[0], *map(number, heads[1:])], rows) if rows else []
@@ -302,9 +302,9 @@ def index_lines(sweep: SweepView) -> list[str]:
         return lines
     heads = "quantity", "key", number("first"), number("+-"), number("total"), number("+-")
     words = (
-        "share of the variance that a key brings about, first: alone, total: with all its "
-        f"interactions; from {samples} sampled points with {len(names) + 2} runs each, +-: "
-        "standard error from resampling them"
+        "share of the variance due to a key; first: alone, total: with all interactions; "
+        f"from {samples} sampled points with {len(names) + 2} runs each, +-: standard error by "
+        "resampling"
     )
     return [*table(heads, rows), *paragraph(words), *lines]
 

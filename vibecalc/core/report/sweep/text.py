@@ -44,8 +44,7 @@ def render_forecast(loaded: "LoadedCase", found: Mapping[str, Any], output: Path
     sizes = " x ".join(map(str, found["shape"]))
     sampling, failures, chunks = found["sampling"], found["failures"], found["chunks"]
     shape = f", a grid of {sizes}" if sampling == "grid" else f", {sampling} sampling"
-    were = "was" if found["tried"] == 1 else "were"
-    tried = f"from {many(found['tried'], 'point')} that {were} tried"
+    tried = f"estimated from {many(found['tried'], 'trial point')}"
     size = f"{found['chunk_size']} points each" if chunks > 1 else "all points"
     processes = many(found["processes"], "process", "processes")
     rows = [
@@ -104,7 +103,7 @@ def failure_words(sweep: SweepView, most: int = 5) -> list[str]:
     """One line for each of the most frequent causes of failure, for stderr."""
     found = causes(sweep)
     lines = [
-        f"  {many(cause.points.size, 'point')}: {cause.title}; as at {example(sweep, cause)}"
+        f"  {many(cause.points.size, 'point')}: {cause.title}; for example {example(sweep, cause)}"
         for cause in found[:most]
     ]
     if len(found) > most:
@@ -158,7 +157,7 @@ def sweep_lines(sweep: SweepView) -> list[str]:
         ("Statistics of the samples", statistic_lines(sweep)),
         ("Sobol indices", index_lines(sweep)),
         ("Points without a result", failure_lines(sweep)),
-        ("Not kept", [line for words in left_out for line in paragraph(words)]),
+        ("Not stored", [line for words in left_out for line in paragraph(words)]),
         (
             "Provenance",
             pairs((name, str(text)) for name, text in provenance),

@@ -45,7 +45,7 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
         if options.resume and not options.again and there.size:
             there = np.concatenate([there[:0], *(there[journal.points(n)] for n in run.mine)])
             if not np.isin(there, (NOT_RUN, *UNLUCKY)).any():
-                options.note(f"{output} is complete, nothing is left to do")
+                options.note(f"{output} is complete")
                 journal.clear()
                 return Outcome(counts=Counter(there.tolist()), taken_up=there.size)
         run.take_up()
@@ -81,8 +81,8 @@ class _Run:
             )
         if journal.places and not (resume or fresh):
             raise UsageError(
-                f"{len(journal.places)} of {journal.chunks} chunks of this sweep are there from "
-                f"before, in {journal.path}; --resume goes on with them, --fresh starts anew"
+                f"{len(journal.places)} of {journal.chunks} chunks of this sweep exist in "
+                f"{journal.path}; --resume continues with them, --fresh starts again"
             )
         if not resume:
             journal.clear()
@@ -170,8 +170,8 @@ class _Run:
             with suppress(UsageError):
                 journal.clear()
         if not finished:
-            return f"{why}; no chunk of {total} was finished, nothing is kept"
+            return f"{why}; no chunk of {total} was finished, nothing is stored"
         return (
             f"{why}; {finished} of {total} chunks are finished and stay in {journal.path}: "
-            "the same command with --resume goes on with them"
+            "the same command with --resume continues with them"
         )
