@@ -93,7 +93,7 @@ def broken_promises(reported: Reported) -> list[Uncertain]:
         path: reached(quantity, reported.record) for path, quantity in reported.record.items()
     }
     missed = {path for path, share in shares.items() if share is not None and share > rtol}
-    said = any("not reached, by error" in words for words in reported.record.warnings)
+    said = any("accuracy not reached" in words for words in reported.record.warnings)
     assert said == bool(missed)
     broken = []
     for one in reported.judged:

@@ -84,7 +84,7 @@ def test_the_plain_cases_are_fine(table: str) -> None:
 def test_damping_by_modes_that_does_not_count_is_said() -> None:
     case = validate(with_keys(resolved("genset_on_deck"), '{"machine.mounts.modal_damping": 0.05}'))
     (said,) = (one for one in machine_warnings(case) if "modal_damping" in one)
-    assert said.endswith("not in [isolation], [foundation], [base_motion]")
+    assert said.endswith("not to [isolation], [foundation], [base_motion]")
 
 
 def test_a_reading_and_an_order_that_are_not_there_are_refused() -> None:

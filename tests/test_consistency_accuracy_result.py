@@ -84,12 +84,12 @@ def test_the_answer_fits_on_a_screen(result: Result) -> None:
     lines = render_answer(result).splitlines()
     assert len(lines) <= 40
     assert any(re.search(r"rotation: after one unit .* exact +\d", one) for one in lines)
-    assert "settings that failed: 4" in " ".join(lines)
+    assert "failed settings: 4" in " ".join(lines)
     many = [measure(topic(*FULL.solvers, name=f"question {k}"), *ONCE) for k in range(45)]
     provenance = {MEASURED: measured_text(many)}
     long = replace(result, record=as_record(many, []), plan=plan_rows(many), provenance=provenance)
     assert len(render_answer(long).splitlines()) <= 40
-    assert "more questions: 17" in render_answer(long)
+    assert "more topics: 17" in render_answer(long)
 
 
 def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) -> None:

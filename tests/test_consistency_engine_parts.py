@@ -81,8 +81,10 @@ def test_a_throw_gives_what_its_parts_weigh() -> None:
     case = case_of(ENGINE, ('inertia = "0.1 kg*m^2", cylinder = "2"', throw + ', cylinder = "2"'),
                    ('stiffness = "1e6 N*m/rad" },', throw + " },"))  # fmt: skip
     line = build_shaft_line(case)
-    (caution,) = [text for text in machine_warnings(case) if "formulas for the stiffness" in text]
-    assert caution.startswith(f"{line.section_names[1]}: ") and "11 % to either side" in caution
+    (caution,) = [
+        text for text in machine_warnings(case) if "throw stiffness by the formulas" in text
+    ]
+    assert caution.startswith(f"{line.section_names[1]}: ") and "+-11 % about the middle" in caution
     heavy, radius = 7850.0, 0.06
     journal = heavy * math.pi / 32.0 * 0.07**4 * 0.04
     pin = heavy * math.pi / 4.0 * 0.06**2 * 0.045 * (radius**2 + 0.06**2 / 8.0)

@@ -224,10 +224,10 @@ def test_true_error_of_the_default_orders_is_within_the_tolerance(seeds: tuple[i
 def test_a_tolerance_that_is_missed_is_named_with_what_was_reached() -> None:
     table = cut_machine(1, "pitch", 2)
     record = run_case(validate(table))
-    (warning,) = [text for text in record.warnings if "not reached, by error" in text]
-    name, share = warning.split("magnitude: ")[1].split(" (")[:2]
+    (warning,) = [text for text in record.warnings if "accuracy not reached" in text]
+    name, share = warning.split("): ", 1)[1].split(" (")[:2]
     quantity = record[name]
     largest = float(np.max(np.abs(quantity.values)))
     assert float(share.split(")")[0]) == pytest.approx(quantity.error_estimate / largest, rel=0.06)
     table["excitation"]["orders"] = 60
-    assert not any("not reached, by error" in text for text in run_case(validate(table)).warnings)
+    assert not any("accuracy not reached" in text for text in run_case(validate(table)).warnings)
