@@ -168,7 +168,7 @@ def _apart(one: Quantity, other: np.ndarray) -> float:
     return float(np.abs(away).max(initial=0.0))
 
 
-@pytest.mark.parametrize("name", long_but(KINDS, "mounted", "pump"))
+@pytest.mark.parametrize("name", long_but(KINDS, "mounted"))
 def test_estimates_of_a_few_machines(name: str) -> None:
     kind = KINDS[name]
     found = [judged(kind, kind.make(seed)) for seed in kind.few]
