@@ -128,7 +128,7 @@ STEADY = under(
     entry("gear/alternating_torque", "gear", "N*m", "on the first wheel, half range"),
     entry("gear/minimum_torque", "gear", "N*m", "over the cycle, mean included",
           headline=Headline("minimum gear torque (negative: gear hammer)", "N*m", pick="least")),
-    entry("gear/hammers", "gear", "", "1: its torque changes sign; 0: it does not",
+    entry("gear/hammers", "gear", "", "1: its torque changes sign; 0: it does not", flag=True,
           name="gear hammer at operating speed"),
     entry("margin/nearest_order", "mode", "",
           "excited order nearest to the mode at the operating speed; 0: none is near"),
@@ -230,7 +230,7 @@ SPEEDS = under(
     entry("speeds/gear_torque", "gear speed", "N*m", "on the first wheel, half range", curve=_GEAR),
     entry("speeds/gear_minimum_torque", "gear speed", "N*m", _LEAST_OF_GEAR, curve=_GEAR),
     entry("speeds/gear_hammers", "gear speed", "", "1: its torque changes sign; 0: it does not",
-          name="gear hammer, speed range"),
+          name="gear hammer, speed range", flag=True),
     entry("hammering/from", "hammering", "rad/s", "a gear hammers from here"),
     entry("hammering/to", "hammering", "rad/s", "to here"),
     entry("hammering/gear", "hammering", "", "this gear, counted from 1"),
@@ -308,17 +308,19 @@ LIMITS = under(
           "utilisation"),
     entry("torque_transient", "limit speed", "N*m", f"for passing through, there; {_PASSES}"),
     entry("largest_use", "limit", "", "largest stress or torque over allowed, at any speed",
-          headline=Headline("highest utilisation", "%", at=f"{ROOT}/limit/speed",
+          share=True,
+          headline=Headline("highest utilisation", at=f"{ROOT}/limit/speed",
                             words=f"{_REPORT}:most_used")),
     entry("speed", "limit", "rad/s", "where that is"),
     entry("section", "limit", "", "in this section, counted from 1; 0: in a gear"),
     entry("gear", "limit", "", "in this gear, counted from 1; 0: in a section"),
     entry("operating_use", "limit", "", "stress or torque over allowed at the operating speed",
-          headline=Headline("utilisation, operating", "%",
+          share=True,
+          headline=Headline("utilisation, operating",
                             words=f"{_REPORT}:most_used_at_speed")),
     entry("transient_use", "limit", "",
           "largest stress or torque over that for passing through; 0: the limit has none",
-          name="utilisation, passage"),
+          name="utilisation, passage", share=True),
 )  # fmt: skip
 BY_SECTION = under(
     f"{ROOT}/limit",
@@ -389,9 +391,10 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
     load = "section, counted from 1, then gears; 0: outside the limit"
     return under(
         f"{ROOT}/{place}/limit",
-        entry("operating_use", axes, "", f"{use}, {_HERE}",
+        entry("operating_use", axes, "", f"{use}, {_HERE}", share=True,
               name="utilisation, operating, worst condition"),
-        entry("largest_use", axes, "", f"{use}, largest at any speed", headline=headline),
+        entry("largest_use", axes, "", f"{use}, largest at any speed", headline=headline,
+              share=True),
         entry("speed", axes, "rad/s", "where that is"),
         entry("unbarred_use", axes, "",
               "largest at speeds that may not be barred: the operating speed, and for a rule those "
@@ -420,7 +423,7 @@ VARIANTS = (
     *_limit_uses("healthy", "limit", f", {_HEALTHY}"),
     *_limit_uses("conditions", "condition limit", "",
                  Headline(
-                     "highest utilisation, worst condition", "%",
+                     "highest utilisation, worst condition",
                      at=f"{ROOT}/conditions/limit/speed",
                      words=f"{_REPORT}:most_used_in_condition",
                  )),
@@ -548,8 +551,8 @@ def _borne(place: str, axes: str, words: str) -> Iterator[Entry]:
 
 def _largest_use(axes: str, words: str, of: str = "", place: str = "") -> Iterator[Entry]:
     at = f"{place}/largest_use_speed"
-    headline = Headline(f"coupling utilisation{of}", "%", at=at) if of else None
-    yield entry("largest_use", axes, "", words, headline=headline)
+    headline = Headline(f"coupling utilisation{of}", at=at) if of else None
+    yield entry("largest_use", axes, "", words, headline=headline, share=True)
     yield entry("largest_use_speed", axes, "rad/s", "where that is", exempt=PLACE)
 
 
@@ -564,7 +567,7 @@ COUPLING_ENTRIES = (
         entry("mode_stiffness", "coupling mode", "N*m/rad",
               f"dynamic, at the undamped natural frequency of the mode, {_HERE}"),
         entry("use", _LIMITED, "", f"{_USE}, {_HERE}",
-              headline=Headline("coupling utilisation, operating", "%")),
+              share=True, headline=Headline("coupling utilisation, operating")),
         *_borne("speeds/", "coupling speed", "over the speeds"),
         *_borne("largest/", "coupling", "the largest at any speed"),
         *(entry(f"largest/{one}_speed", "coupling", "rad/s", "where that is", exempt=PLACE)

@@ -40,8 +40,6 @@ _FEW = 3
 #: groups of what studies found
 _STUDIES = (PREFIX, "find/", FITTED)
 _SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
-#: how the words of a result begin that is true or false
-_FLAG = "1: "
 _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
 
 
@@ -101,7 +99,7 @@ def _is_about(answer: Answer, limit: Verdict) -> bool:
 def _own_row(limit: Verdict) -> Answer:
     name, unit = read_as(limit.quantity, limit.unit)
     known = CATALOGUE.get(limit.quantity)
-    flag = known is not None and known.long_name.startswith(_FLAG)
+    flag = known is not None and known.flag
     if math.isnan(limit.computed):
         return Answer(name, "not found", unit, "", limit.quantity, math.nan)
     factor = convert(1.0, limit.unit, unit)
@@ -221,8 +219,8 @@ def _rpm(speed: float) -> str:
 def _row(one: Headline, quantity: Quantity, value: float, where: str) -> Answer:
     if quantity.unit == "dB":
         return Answer(one.name, decibels(value), "dB", where, quantity.path, value)
-    share = one.unit == "%"
-    unit, error = (one.unit or quantity.unit) if quantity.unit or share else "", quantity.estimate
+    unit, error = (one.unit or quantity.unit) if quantity.unit else "", quantity.estimate
+    unit = "%" if CATALOGUE[quantity.path].share else unit
     factor = convert(1.0, quantity.unit, unit)
     where = "  ".join(filter(None, (where, UNRESOLVED * error.unresolved(value))))
     shown = show(value * factor, error * factor)

@@ -101,8 +101,6 @@ class Section(NamedTuple):
     detail: Iterable[str] = ()
 
 
-#: how paths end of what is read in percent of what is allowed
-_SHARES = ("/largest_use", "/operating_use", "/transient_use")
 #: m^3, below which a volume is read in cm^3
 _LITRES = 0.01
 _VARIABLE = "optimisation/variable/"
@@ -126,16 +124,15 @@ def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
     if path.startswith(_VARIABLE):
         return path.removeprefix(_VARIABLE), unit
     if path in HEADLINES and not entry:
-        return HEADLINES[path].name, HEADLINES[path].unit or unit
+        return HEADLINES[path].name, "%" if CATALOGUE[path].share else HEADLINES[path].unit or unit
     turns = unit == "rad/s" and path.endswith("speed")  # by its path a speed of rotation
-    shown = "rpm" if turns else READ.get(unit, unit)
+    share = path in CATALOGUE and CATALOGUE[path].share
+    shown = "rpm" if turns else "%" if share else READ.get(unit, unit)
     shown = "N/mm^2" if unit == "Pa" and "stress" in path else shown
     if unit == "rad":  # as the first table has it of what is called the same
         same = (one.unit for other, one in HEADLINES.items()
                 if _last(other) == _last(path) and CATALOGUE[other].unit == unit)  # fmt: skip
         shown = next(filter(None, same), shown)
-    if not unit and path.endswith(_SHARES):
-        shown = "%"
     if path in CATALOGUE and CATALOGUE[path].name:
         return CATALOGUE[path].name, shown
     parts = path.replace("_", " ").replace("run up", "run-up").split("/")

@@ -81,7 +81,8 @@ class Entry(NamedTuple):
     which its error then is measured; its name in tables, where the words of its path are none;
     the picture that shows it over its last axis, with all results of the same `curve`. A
     `diagnostic` hangs on rounding and on the path of a search, so that `diff` does not compare it;
-    an angle that means the same after a `circle` is compared modulo that.
+    an angle that means the same after a `circle` is compared modulo that. A `share` is read in
+    percent, a `flag`, 1 or 0, as yes or no.
     """
 
     path: str
@@ -96,6 +97,8 @@ class Entry(NamedTuple):
     curve: str = ""
     diagnostic: bool = False
     circle: str = ""
+    share: bool = False
+    flag: bool = False
 
     def quantity(
         self, values: Any, error: float = 0.0, axes: "Mapping[str, Any] | tuple[Axis, ...]" = (),
