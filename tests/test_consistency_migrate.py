@@ -30,6 +30,7 @@ from vibecalc.core.results.renamed import (
     current_path,
 )
 from vibecalc.core.results.store import read_result
+from vibecalc.core.results.verdicts import as_objects, from_objects, verdicts_of
 from vibecalc.errors import CaseError, KeyPath
 from vibecalc.schema import Case
 
@@ -191,6 +192,18 @@ def test_a_result_of_before_has_the_names_of_now(tmp_path: Path) -> None:
     read = read_result(before)
     assert list(read.record) == list(now.record)
     assert compare(read, now).same
+
+
+def test_verdicts_of_before_have_the_names_of_now() -> None:
+    rows = verdicts_of(read_result(GOLDEN / "genset_coupling.h5"))
+    before = [
+        {name.replace("utilisation", "use"): value for name, value in row.items()}
+        | {"quantity": row["quantity"].replace("utilisation", "use")}
+        for row in as_objects(rows)
+    ]
+    assert before[0]["quantity"] == "response/torsion/coupling/use"
+    assert "utilisation" not in before[0]
+    assert list(map(str, from_objects(before))) == list(map(str, rows))
 
 
 @pytest.fixture

@@ -272,7 +272,7 @@ def test_the_worst_condition_is_the_worst_of_separate_runs() -> None:
             np.testing.assert_allclose(
                 values(found, "conditions/largest/section_speed"), chosen, rtol=1e-6
             )
-    for name in ("largest_use", "operating_use"):
+    for name in ("largest_utilisation", "operating_utilisation"):
         each = np.array([values(one, f"limit/{name}") for one in runs])
         seen = values(found, f"conditions/limit/{name}")
         near(seen.max(axis=0), each.max(axis=0))
@@ -285,7 +285,12 @@ def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
     assert speeds in text(asked)
     alone = execute(loaded(text(asked).replace(speeds, "")))
     assert not [path for path in alone.record if "/speeds/" in path or "/largest" in path]
-    for path in ("torque_half_range", "angle_half_range", "limit/operating_use", "mean_torque"):
+    for path in (
+        "torque_half_range",
+        "angle_half_range",
+        "limit/operating_utilisation",
+        "mean_torque",
+    ):
         near(values(alone, f"conditions/{path}"), values(run(CONDITIONS), f"conditions/{path}"))
     near(values(alone, "irregularity/degree"), values(run(CURVES), "irregularity/degree")[1:2])
 

@@ -59,8 +59,12 @@ def row(lines: list[str], start: str, which: int = 0) -> list[str]:
 def test_verdicts_follow_the_uses(
     largest: float, operating: float, transient: float, verdict: str, words: str
 ) -> None:
-    uses = {"each/use": largest, "operating/use": operating, "each/transient_use": transient}
-    shape = np.ones_like(six().record[f"{ROOT}limit/each/use"].values)
+    uses = {
+        "each/utilisation": largest,
+        "operating/utilisation": operating,
+        "each/passage_utilisation": transient,
+    }
+    shape = np.ones_like(six().record[f"{ROOT}limit/each/utilisation"].values)
     result = changed(six(), **{
         f"limit__{name.replace('/', '__')}": use * shape for name, use in uses.items()
     })  # fmt: skip

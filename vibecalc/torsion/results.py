@@ -307,18 +307,19 @@ LIMITS = under(
           "for continuous operation, of limits of the torque, in the section or gear of highest "
           "utilisation"),
     entry("torque_transient", "limit speed", "N*m", f"for passing through, there; {_PASSES}"),
-    entry("largest_use", "limit", "", "largest stress or torque over allowed, at any speed",
+    entry("largest_utilisation", "limit", "", "largest stress or torque over allowed, at any speed",
           share=True,
           headline=Headline("highest utilisation", at=f"{ROOT}/limit/speed",
                             words=f"{_REPORT}:most_used")),
     entry("speed", "limit", "rad/s", "where that is"),
     entry("section", "limit", "", "in this section, counted from 1; 0: in a gear"),
     entry("gear", "limit", "", "in this gear, counted from 1; 0: in a section"),
-    entry("operating_use", "limit", "", "stress or torque over allowed at the operating speed",
+    entry("operating_utilisation", "limit", "",
+          "stress or torque over allowed at the operating speed",
           share=True,
           headline=Headline("utilisation, operating",
                             words=f"{_REPORT}:most_used_at_speed")),
-    entry("transient_use", "limit", "",
+    entry("passage_utilisation", "limit", "",
           "largest stress or torque over that for passing through; 0: the limit has none",
           name="utilisation, passage", share=True),
 )  # fmt: skip
@@ -331,13 +332,13 @@ BY_SECTION = under(
     entry("basis/size_factor", _EACH, "", "c_D of a rule"),
     entry("basis/design_factor", _EACH, "", "c_K of a rule"),
     *_held("operating", _HERE, f"{_HALF}, {_HERE}"),
-    entry("operating/use", _EACH, "",
+    entry("operating/utilisation", _EACH, "",
           f"stress or torque over allowed in continuous operation, {_HERE}"),
-    entry("each/use", _EACH, "", "largest stress or torque over allowed, at any speed"),
+    entry("each/utilisation", _EACH, "", "largest stress or torque over allowed, at any speed"),
     entry("each/speed", _EACH, "rad/s", "where that is"),
     entry("each/speed_ratio", _EACH, "", "lambda: that speed over the rated one"),
     *_held("each", "there", "there"),
-    entry("each/transient_use", _EACH, "",
+    entry("each/passage_utilisation", _EACH, "",
           "largest over what is allowed for passing through, at any speed; 0: the limit has none"),
     entry("crank/bending_factor", _CRANK, "",
           "alpha_B, beta_B, gamma_B: stress concentration in bending"),
@@ -391,12 +392,12 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
     load = "section, counted from 1, then gears; 0: outside the limit"
     return under(
         f"{ROOT}/{place}/limit",
-        entry("operating_use", axes, "", f"{use}, {_HERE}", share=True,
+        entry("operating_utilisation", axes, "", f"{use}, {_HERE}", share=True,
               name="utilisation, operating, worst condition"),
-        entry("largest_use", axes, "", f"{use}, largest at any speed", headline=headline,
+        entry("largest_utilisation", axes, "", f"{use}, largest at any speed", headline=headline,
               share=True),
         entry("speed", axes, "rad/s", "where that is"),
-        entry("unbarred_use", axes, "",
+        entry("unbarred_utilisation", axes, "",
               "largest at speeds that may not be barred: the operating speed, and for a rule those "
               "from lambda = 0.8"),
         *(one for start, at in (("", "at the largest use"), ("operating_", _HERE)) for one in (
@@ -550,10 +551,10 @@ def _borne(place: str, axes: str, words: str) -> Iterator[Entry]:
 
 
 def _largest_use(axes: str, words: str, of: str = "", place: str = "") -> Iterator[Entry]:
-    at = f"{place}/largest_use_speed"
+    at = f"{place}/largest_utilisation_speed"
     headline = Headline(f"coupling utilisation{of}", at=at) if of else None
-    yield entry("largest_use", axes, "", words, headline=headline, share=True)
-    yield entry("largest_use_speed", axes, "rad/s", "where that is", exempt=PLACE)
+    yield entry("largest_utilisation", axes, "", words, headline=headline, share=True)
+    yield entry("largest_utilisation_speed", axes, "rad/s", "where that is", exempt=PLACE)
 
 
 COUPLING_ENTRIES = (
@@ -566,24 +567,24 @@ COUPLING_ENTRIES = (
               f"relative damping over 2 pi, at the frequency of the order, {_HERE}"),
         entry("mode_stiffness", "coupling mode", "N*m/rad",
               f"dynamic, at the undamped natural frequency of the mode, {_HERE}"),
-        entry("use", _LIMITED, "", f"{_USE}, {_HERE}",
+        entry("utilisation", _LIMITED, "", f"{_USE}, {_HERE}",
               share=True, headline=Headline("coupling utilisation, operating")),
         *_borne("speeds/", "coupling speed", "over the speeds"),
         *_borne("largest/", "coupling", "the largest at any speed"),
         *(entry(f"largest/{one}_speed", "coupling", "rad/s", "where that is", exempt=PLACE)
           for one in LARGEST),
-        entry("speeds/use", f"{_LIMITED} speed", "", _USE),
+        entry("speeds/utilisation", f"{_LIMITED} speed", "", _USE),
         *_largest_use(_LIMITED, f"{_USE}, the largest at any speed", ", speed range",
                       COUPLING),
     ),
     *under(
         HEALTHY,
-        entry("use", _LIMITED, "", f"{_USE}, {_HERE}, all cylinders firing"),
+        entry("utilisation", _LIMITED, "", f"{_USE}, {_HERE}, all cylinders firing"),
         *_largest_use(_LIMITED, f"{_USE}, the largest at any speed, all cylinders firing"),
     ),
     *under(
         f"{CONDITIONS}/coupling",
-        entry("use", f"condition {_LIMITED}", "", f"{_USE}, {_HERE}"),
+        entry("utilisation", f"condition {_LIMITED}", "", f"{_USE}, {_HERE}"),
         *_largest_use(f"condition {_LIMITED}", f"{_USE}, the largest at any speed",
                       ", worst condition", f"{CONDITIONS}/coupling"),
     ),
@@ -670,5 +671,5 @@ EXTREMES = {
         for root, name in _EXTREMES
     },
     **{(f"{CURVES}/{name}/order", "max"): f"{CURVES}/{name}/largest" for name in QUANTITIES},
-    (f"{COUPLING}/speeds/use", "max"): f"{COUPLING}/largest_use",
+    (f"{COUPLING}/speeds/utilisation", "max"): f"{COUPLING}/largest_utilisation",
 }

@@ -159,7 +159,10 @@ def _picked(case: "Case", line: "ShaftLine", torsion: "Torsion", ranged: bool) -
         (train and train.tangential_effort is None, "/excitation/pressure"),
         (bored, "tangential_pressure mean_indicated_pressure"),
         (named_couplings(case), "/coupling/"),
-        (coupling_limits(case), "/coupling/largest_use /coupling/use /coupling/speeds/use"),
+        (
+            coupling_limits(case),
+            "/coupling/largest_utilisation /coupling/utilisation /coupling/speeds/utilisation",
+        ),
         (torsion.misfire, "/healthy/"),
         (torsion.limits, "/barred/ /exceeded/ healthy/limit/"),
         (own and has_laws(line), "/damping/"),

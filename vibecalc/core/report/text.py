@@ -267,7 +267,7 @@ def _reference(row: ReferenceRow) -> dict[str, Any]:
 
 
 def _limit(row: Verdict) -> dict[str, Any]:
-    told = _parts(row, _LIMIT, error="error_estimate", utilisation="use", verdict="state")
+    told = _parts(row, _LIMIT, error="error_estimate", verdict="state")
     names = ("element", "limit", "condition", "decided_by")
     return told | {name: getattr(row, name) or None for name in names}
 

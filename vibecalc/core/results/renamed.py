@@ -18,7 +18,12 @@ KEYS: dict[str, str] = {
 }
 #: axis of a result -> its name now
 AXES = {"half_order": "order"}
+#: field of a stored verdict -> its name now
+VERDICT_FIELDS = {"use": "utilisation"}
 
+#: a share of what is permitted; behind each of these, and alone in some folders
+_USE = ("largest_use", "largest_use_speed", "operating_use", "unbarred_use")
+_USED = ("coupling", "coupling/speeds", "limit/each", "limit/operating", "clutch", "balance/weight")
 _TORQUE, _FORCE, _BODY = "isolation/torque_reaction", "isolation/support_force", "isolation/body"
 #: parts of a result path -> what stands there now
 PATHS = {
@@ -38,6 +43,9 @@ PATHS = {
     "foundation/coupled/machine/translation": f"{_BODY}/translation_harmonics",
     "foundation/coupled/machine/rotation": f"{_BODY}/rotation_harmonics",
     "foundation/coupled/mount_force": f"{_FORCE}/steady_harmonics",
+    "transient_use": "passage_utilisation",
+    **{old: old.replace("use", "utilisation") for old in _USE},
+    **{f"{folder}/use": f"{folder}/utilisation" for folder in _USED},
 }
 _IN_A_PATH = re.compile(
     f"(?<![^/])(?:{'|'.join(sorted(map(re.escape, PATHS), key=len, reverse=True))})(?![^/])"

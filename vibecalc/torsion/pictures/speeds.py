@@ -459,7 +459,9 @@ def _used(limit: int, name: str) -> Source:
 
     def made(result: Result) -> Quantity | None:
         record, torques = result.record, bool(of_torque(result.record)[limit])
-        use, at = (vector(record, f"limit/{one}", "limit") for one in ("largest_use", "speed"))
+        use, at = (
+            vector(record, f"limit/{one}", "limit") for one in ("largest_utilisation", "speed")
+        )
         bound = record.quantities.get(f"{TORSION}limit/{'torque_' * torques}{name}")
         load, place = _loaded(record, limit)
         factor = 1.0 if torques or place is None else _cross_section(record, limit, place)
@@ -492,7 +494,7 @@ def _loaded(record: Record, limit: int) -> tuple[Quantity | None, int | None]:
 def _limit_panels(result: Result) -> list[Panel]:
     record, given = result.record, limits_of(result)
     own = any(one.get("rule") == "iacs_m53" for one in given) or np.any(of_torque(record))
-    if f"{TORSION}limit/largest_use" not in record or not own:
+    if f"{TORSION}limit/largest_utilisation" not in record or not own:
         return []
     words = []
     for i, one in enumerate(given):
@@ -529,8 +531,8 @@ TORSION_COUPLINGS = Curves(
     also("couplings, utilisation against speed"),
     (
         Panel(
-            "use",
-            (Curve(f"{COUPLING}/speeds/use", "{}", most=14), _permitted, operating),
+            "utilisation",
+            (Curve(f"{COUPLING}/speeds/utilisation", "{}", most=14), _permitted, operating),
             unit="%",
             legend=_BESIDE,
         ),

@@ -252,13 +252,13 @@ def _uses(result: Result) -> Iterator[SummaryRow]:
     record = result.record
     for i, limit in enumerate(limits_of(result) if has_limits(record) else ()):
         own = [row for row in verdicts_of(result)
-               if row.element and row.quantity == f"{TORSION}limit/each/use"
+               if row.element and row.quantity == f"{TORSION}limit/each/utilisation"
                and row.where["limit"] == i + 1]  # fmt: skip
-        worst, rule = max(own, key=lambda row: row.use, default=None), rule_of(limit).name
+        worst, rule = max(own, key=lambda row: row.utilisation, default=None), rule_of(limit).name
         here = (worst.element, f"{turns(worst.speed)} rpm: {rule}") if worst else None
         for scope, path, place, flagged in (
-            (ANY, "limit/largest_use", here, flags(result)),
-            (OPERATING, "limit/operating_use", None, flags(result, AT_SPEED)),
+            (ANY, "limit/largest_utilisation", here, flags(result)),
+            (OPERATING, "limit/operating_utilisation", None, flags(result, AT_SPEED)),
         ):
             value = dict[str, Value]()
             for prefix in variants(result):
@@ -358,7 +358,7 @@ def in_one_sentence(result: Result) -> str:
     if not rows:
         return "The case sets no limits."
     ranges = ranges_in_words(result)
-    if not ranges and having(result.record, f"{TORSION}limit/largest_use", "limit"):
+    if not ranges and having(result.record, f"{TORSION}limit/largest_utilisation", "limit"):
         ranges = ["no speed range is barred"]
     return "; ".join([counted([], rows).rstrip("."), *ranges]) + "."
 
@@ -476,7 +476,7 @@ def misfire(result: Result) -> list[str]:
 def barred(result: Result) -> list[str]:
     """The ranges of speeds that are barred, and what bars them."""
     record = result.record
-    if f"{TORSION}limit/largest_use" not in record:
+    if f"{TORSION}limit/largest_utilisation" not in record:
         there = having(record, TORSION + "critical/speed", "mode", "order") is not None
         return paragraph("No limit over the speed range: none is barred.") if there else []
     words = "; ".join(ranges_in_words(result)) or "no range is barred"

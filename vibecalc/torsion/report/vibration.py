@@ -440,9 +440,9 @@ _USES = Rows(
     "condition",
     "condition",
     (
-        Cells("largest_use", "limit {}\nutil., %", "%"),
+        Cells("largest_utilisation", "limit {}\nutil., %", "%"),
         Cells("speed", "{} at\nrpm", "rpm"),
-        Cells("operating_use", "{} at\nspeed, %", "%"),
+        Cells("operating_utilisation", "{} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
     places=_highest,
