@@ -324,12 +324,12 @@ def test_an_undamped_line_has_orders_without_bound_at_its_criticals() -> None:
     for name in ("damping = ", "absolute_damping = "):
         bare = re.sub(rf"\b{name}[0-9.]+", f"{name}0.0", bare)
     result = execute(loaded(bare))
-    masked = values(result, "masked/from")
+    masked = values(result, "resonances_skipped/from")
     assert len(masked)
     top = values(result, "curves/torque/largest")[0]
     order = result.record["response/torsion/curves/torque/order"].axes[1].values
     at = values(result, "curves/torque/largest_speed")[0]
-    met = set(values(result, "masked/order"))
+    met = set(values(result, "resonances_skipped/order"))
     natural = values(result, "modes/natural_frequency")
     assert {one for one, height in zip(order, top, strict=True) if np.isinf(height)} <= met
     for number in np.flatnonzero(np.isinf(top)):

@@ -240,10 +240,10 @@ SPEEDS = under(
           "least margin to an order over the speed range; negative: critical within it"),
     entry("separation/range/order", "mode order_class", "", "that order; 0: none"),
     entry("separation/range/sufficient", "mode order_class", "", _SUFFICIENT),
-    entry("masked/from", "masked", "rad/s", "a mode is undamped from here"),
-    entry("masked/to", "masked", "rad/s", "to here"),
-    entry("masked/mode", "masked", "", "the mode"),
-    entry("masked/order", "masked", "", "and the order that meets it"),
+    entry("resonances_skipped/from", "resonance_skipped", "rad/s", "a mode is undamped from here"),
+    entry("resonances_skipped/to", "resonance_skipped", "rad/s", "to here"),
+    entry("resonances_skipped/mode", "resonance_skipped", "", "the mode"),
+    entry("resonances_skipped/order", "resonance_skipped", "", "and the order that meets it"),
     entry("largest/torque_half_range", "section", "N*m", _TOP, headline=_largest("torque")),
     entry("largest/twist_half_range", "section", "rad", "there"),
     entry("largest/stress_half_range", "section", "Pa", "there", headline=_largest("stress")),
@@ -411,9 +411,10 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
 
 
 VARIANTS = (
-    *_half_ranges("bare", _BARE),
+    *_half_ranges("without_dampers", _BARE),
     *under(ROOT,
-        entry("bare/natural_frequency", "bare_mode", "rad/s", "without its dampers"),
+        entry("without_dampers/natural_frequency", "mode_without_dampers", "rad/s",
+              "without its dampers"),
         entry("reduction", "section", "", "largest torque without dampers over that with them",
               headline=Headline("torque reduction by the dampers, factor", pick="least"))),
     *_half_ranges("healthy", _HEALTHY),
@@ -607,7 +608,7 @@ AXES = {
     "gear": ("", "gear of the line"),
     "hammering": ("", "range of speeds in which a gear hammers"),
     "order_class": ("", "major: the cylinders of each bank in phase; other: not"),
-    "bare_mode": ("", "mode of the line without dampers, lowest first"),
+    "mode_without_dampers": ("", "mode of the line without dampers, lowest first"),
     "limit": ("", "limit of the case, the first is 1"),
     "crank_place": ("", "place of a crank throw"),
     "barred": ("", "range of speeds to be passed through, ascending"),
@@ -626,7 +627,8 @@ ENTRIES = (
 )
 #: results that are found over a range of speeds
 _OVER_RANGE = (
-    *("/speeds/", "/masked/", "/largest", "/peak/", "/bare/", "/barred/", "/exceeded/"),
+    *("/speeds/", "/resonances_skipped/", "/largest", "/peak/", "/without_dampers/"),
+    *("/barred/", "/exceeded/"),
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
 )
 #: folders of stages of their own
@@ -660,7 +662,8 @@ HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), study_results.DESIGN: (CANCELS,)}
 #: curves over the speeds below a folder and the results that a bound on all of one is held against
 _EXTREMES = (
     *((ROOT, name) for name in FOLLOWED),
-    *((f"{ROOT}{of}", f"{load}_half_range") for of in ("", "/bare", "/healthy", "/conditions")
+    *((f"{ROOT}{of}", f"{load}_half_range")
+      for of in ("", "/without_dampers", "/healthy", "/conditions")
       for load in ("torque", "stress")),
     *((CONDITIONS, "angle_half_range"), (IRREGULARITY, "degree")),
     *((COUPLING, name) for name in LARGEST),

@@ -17,7 +17,11 @@ KEYS: dict[str, str] = {
     "shaft_line.loads": "absorbed_torques",
 }
 #: axis of a result -> its name now
-AXES = {"half_order": "order"}
+AXES = {
+    "half_order": "order",
+    "masked": "resonance_skipped",
+    "bare_mode": "mode_without_dampers",
+}
 #: field of a stored verdict -> its name now
 VERDICT_FIELDS = {"use": "utilisation"}
 
@@ -43,6 +47,10 @@ PATHS = {
     "foundation/coupled/machine/translation": f"{_BODY}/translation_harmonics",
     "foundation/coupled/machine/rotation": f"{_BODY}/rotation_harmonics",
     "foundation/coupled/mount_force": f"{_FORCE}/steady_harmonics",
+    "isolation/masked": "isolation/resonances_skipped",
+    "response/masked": "response/resonances_skipped",
+    "torsion/masked": "torsion/resonances_skipped",
+    "torsion/bare": "torsion/without_dampers",
     "transient_use": "passage_utilisation",
     **{old: old.replace("use", "utilisation") for old in _USE},
     **{f"{folder}/use": f"{folder}/utilisation" for folder in _USED},

@@ -81,7 +81,7 @@ def torsion(result: Result) -> Section | None:
 # a case file are for the line as the file describes it; in the other columns they are marks only.
 # ----------------------------------------------------------------------------
 
-HEALTHY, BARE = "healthy/", "bare/"
+HEALTHY, BARE = "healthy/", "without_dampers/"
 ANY, OPERATING = "speed range", "operating speed"
 #: behind a value above a limit that is for another column
 ABOVE = " !"
@@ -189,7 +189,7 @@ def _frequencies(result: Result) -> Iterator[SummaryRow]:
         if prefix != BARE:
             name = "" if value else mode_names(result)[modes[0]]
             value[prefix] = cell(float(quantity.values[modes[0]]), quantity.error_estimate, name)
-    bare = vector(result.record, BARE + "natural_frequency", "bare_mode")
+    bare = vector(result.record, BARE + "natural_frequency", "mode_without_dampers")
     if bare is not None and np.any(bare > 0.0):
         value[BARE] = cell(bare[bare > 0.0][0], 0.0, "1st elastic")
     yield SummaryRow("lowest natural frequency", "Hz", value)
@@ -288,7 +288,7 @@ def conclusion(result: Result) -> str:
     none = "the case sets no stress limit" if driven else "the line has no excitation"
     clauses = [*_of_limits(result)] or [none]
     clauses += [*_of_gears(result), *_of_majors(result)]
-    if vector(record, "masked/from", "masked") is not None:
+    if vector(record, "resonances_skipped/from", "resonance_skipped") is not None:
         clauses.append("some critical speeds are undamped")
     if ill := silent(result):
         clauses.append(f"all values with misfire of cylinder {joined(ill)}")
