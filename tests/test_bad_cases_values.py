@@ -83,7 +83,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "followed": rolling(DYNAMIC, "control"),
 }
 GOOD["pendulum"]["machine"]["pendulum"]["rollers"] = ROLLERS
-GOOD["generator"] = {
+GOOD["machine"] = {
     key: one for key, one in table_of("generator").items() if key not in NOT_COMPUTED
 }
 #: cases whose form is right, every key of the roll in one

@@ -223,7 +223,7 @@ ONE = """
 schema = 1
 title = "one throw"
 [machine]
-kind = "generator"
+kind = "machine"
 speed = 100.0
 [machine.crank_train]
 crank_radius = 0.05

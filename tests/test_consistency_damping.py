@@ -29,7 +29,7 @@ def square_machine(speed: float, bank: float) -> Table:
         "schema": 1,
         "title": "a machine that moves along x and y at one frequency",
         "machine": {
-            "kind": "generator",
+            "kind": "machine",
             "speed": speed,
             "crank_train": {
                 "axis": "z",

@@ -177,8 +177,9 @@ def identity(result: Result, full: bool = True) -> list[tuple[str, str]]:
 def _machine(result: Result) -> str:
     machine, speed = table_of(result.case, "machine"), speed_of(result)
     cylinders: Any = table_of(machine, "crank_train").get("cylinders") or ()
+    kind = str(machine.get("kind") or "")
     words = (
-        str(machine.get("kind") or ""),
+        "" if kind == "machine" else kind,
         many(len(cylinders), "cylinder") if cylinders else "",
         "" if speed is None else f"{show(rpm(speed))} rpm",
     )

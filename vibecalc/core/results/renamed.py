@@ -16,6 +16,10 @@ KEYS: dict[str, str] = {
     "shaft_line.load": "balanced_by",
     "shaft_line.loads": "absorbed_torques",
 }
+#: end of the place of a choice -> what it was called -> what it is called now
+VALUES: dict[str, dict[str, str]] = {
+    "machine.kind": {"generator": "machine"},
+}
 #: axis of a result -> its name now
 AXES = {
     "half_order": "order",
@@ -58,6 +62,7 @@ PATHS = {
 _IN_A_PATH = re.compile(
     f"(?<![^/])(?:{'|'.join(sorted(map(re.escape, PATHS), key=len, reverse=True))})(?![^/])"
 )
+_REWRITES = "`vibecalc migrate CASE` rewrites the case"
 _NAME = re.compile(r"[A-Za-z_][\w-]*")
 _ONE_SEARCH = (
     "[optimisation] has one search, with nothing to choose: leave out method and compare; "
@@ -97,10 +102,23 @@ def current_name(path: KeyPath) -> str | None:
     return next((KEYS[end] for end in _ends(names) if end in KEYS), None)
 
 
+def current_choice(path: KeyPath, text: str) -> str | None:
+    """What a choice at this place is called now; None where it is called so still."""
+    names = [part for part in path if isinstance(part, str)]
+    tables = (VALUES[end] for end in _ends(names) if end in VALUES)
+    return next((table[text] for table in tables if text in table), None)
+
+
 def renamed(path: KeyPath) -> str:
     """What the last key of a path is called now and what rewrites the case, or nothing."""
     now = current_name(path)
-    return f"`{path[-1]}` is now `{now}`; `vibecalc migrate CASE` rewrites the case" if now else ""
+    return f"`{path[-1]}` is now `{now}`; {_REWRITES}" if now else ""
+
+
+def renamed_choice(path: KeyPath, text: str) -> str:
+    """What a choice at this place is called now and what rewrites the case, or nothing."""
+    now = current_choice(path, text)
+    return f'`{path[-1]} = "{text}"` is now `"{now}"`; {_REWRITES}' if now else ""
 
 
 def current_key(key: str) -> str:
@@ -115,7 +133,10 @@ def current_key(key: str) -> str:
 
 
 def current_text(path: KeyPath, text: str) -> str:
-    """A text of a case, as it is now: a key, the path of a result, an axis."""
+    """A text of a case, as it is now: a choice, a key, the path of a result, an axis."""
+    choice = current_choice(path, text)
+    if choice is not None:
+        return choice
     if path[-1:] == ("axis",):
         return current_axis(text)
     if "/" in text:
