@@ -10,11 +10,21 @@ from typing import Any
 
 from vibecalc.errors import KeyPath
 
+#: damping of an absorber, c2 / (2 sqrt(K1 J1)) and c2 / (2 J2 w2). Neither was named
+#: `damping_ratio` anew, so that no older case gets another meaning
+_OVER_PRIMARY, _OF_ABSORBER = "damping_over_primary_critical", "absorber_damping_ratio"
 #: end of the place of a key, positions in lists left out -> its name now
 KEYS: dict[str, str] = {
     "crank_train.stroke": "stroke_axis",
     "shaft_line.load": "balanced_by",
     "shaft_line.loads": "absorbed_torques",
+    "machine.secondary.damping_ratio": _OVER_PRIMARY,
+    "machine.secondary.own_damping_ratio": _OF_ABSORBER,
+    "machine.secondaries.damping_ratio": _OVER_PRIMARY,
+    "machine.secondaries.own_damping_ratio": _OF_ABSORBER,
+    "tuning.bounds.damping_ratio": _OVER_PRIMARY,
+    "absorber.vary.secondary_damping": _OVER_PRIMARY,
+    "absorber.vary.own_damping": _OF_ABSORBER,
 }
 #: end of the place of a choice -> what it was called -> what it is called now
 VALUES: dict[str, dict[str, str]] = {
@@ -25,6 +35,7 @@ AXES = {
     "half_order": "order",
     "masked": "resonance_skipped",
     "bare_mode": "mode_without_dampers",
+    "secondary_damping": _OVER_PRIMARY,
 }
 #: field of a stored verdict -> its name now
 VERDICT_FIELDS = {"use": "utilisation"}
@@ -32,6 +43,12 @@ VERDICT_FIELDS = {"use": "utilisation"}
 #: a share of what is permitted; behind each of these, and alone in some folders
 _USE = ("largest_use", "largest_use_speed", "operating_use", "unbarred_use")
 _USED = ("coupling", "coupling/speeds", "limit/each", "limit/operating", "clutch", "balance/weight")
+#: folders of results that have dampings of absorbers
+_OF_ABSORBERS = (
+    *("tuning", "tuning/each", "tuning/method", "tuning/sensitivity", "tuning/unbounded"),
+    *("tuning/chart", "tuning/optimum", "tuning/tolerances/exact"),
+    *("hardware/built", "hardware/oil", "hardware/damper", "hardware/warming"),
+)
 _TORQUE, _FORCE, _BODY = "isolation/torque_reaction", "isolation/support_force", "isolation/body"
 #: parts of a result path -> what stands there now
 PATHS = {
@@ -51,6 +68,8 @@ PATHS = {
     "foundation/coupled/machine/translation": f"{_BODY}/translation_harmonics",
     "foundation/coupled/machine/rotation": f"{_BODY}/rotation_harmonics",
     "foundation/coupled/mount_force": f"{_FORCE}/steady_harmonics",
+    **{f"{folder}/secondary_damping": f"{folder}/{_OVER_PRIMARY}" for folder in _OF_ABSORBERS},
+    **{f"{folder}/own_damping": f"{folder}/{_OF_ABSORBER}" for folder in _OF_ABSORBERS},
     "isolation/masked": "isolation/resonances_skipped",
     "response/masked": "response/resonances_skipped",
     "torsion/masked": "torsion/resonances_skipped",
