@@ -52,15 +52,15 @@ def checked(folder: Path, *rows: str, head: str = HEAD, verb: str = "check") -> 
         (STIFFNESS, "machine.crank_train.cylinders[7].crank_phase", "[0] to [2], so no [7]"),
         ('"1 N/mm"', '"1 kg"', "found '1 kg', a mass"),
         ('"1 N/mm"', '"-1 N/mm"', "lower is a value that machine.mounts.each.stiffness must not"),
-        ('"1 N/mm"', '"100 N/mm"', "lower < upper"),
+        ('"1 N/mm"', '"100 N/mm"', "min < max"),
         (FREQUENCY, "isolation/pitch/natural_freqency", f"did you mean '{FREQUENCY}'?"),
         (FREQUENCY, "excitation/residual", "no table of this case asks for it"),
         (FREQUENCY, "find/one/value", "this case does not compute such a quantity"),
-        ('target = "10 Hz"', "", "has neither target nor change nor seek"),
+        ('target = "10 Hz"', "", "has neither target nor change nor sense"),
         ('target = "10 Hz"', 'target = "10 N"', "does not fit isolation/pitch/natural_frequency"),
         ('target = "10 Hz"', 'change = "1 mm"', "found 1 mm"),
         ('target = "10 Hz"', 'target = 1\nchange = "1 Hz"', "change and target exclude each other"),
-        ('target = "10 Hz"', 'target = 1\nseek = "minimum"', "seek and target exclude each other"),
+        ('target = "10 Hz"', 'target = 1\nsense = "min"', "sense and target exclude each other"),
         ('target = "10 Hz"', "target = 1\nwhere = { order = 1 }", "has no axis 'order'"),
         ('target = "10 Hz"', f"target = 1\nalso = ['{STIFFNESS}']", "changed twice"),
         ('target = "10 Hz"', f"target = 1\nalso = ['{DAMPING}', '{DAMPING}']", "changed twice"),
@@ -82,7 +82,7 @@ BELOW = row("one", FIRST, "-1 rad", "1 rad", RIGID, f'also = ["{ROD}"]', "target
 LISTED = HEAD.replace('stiffness = "10000 N/m"', "stiffness = [10000, 10000, 10000]")
 STUDY = f"""
 [optimisation]
-variables = [{{ key = "{DAMPING}", lower = 1, upper = 100 }}]
+variables = [{{ key = "{DAMPING}", min = 1, max = 100 }}]
 objective = {{ quantity = "{FORCE}" }}
 """
 
@@ -132,7 +132,7 @@ RESONANT = undamped().replace('"500 rad/s"', repr((ARMS * 1e4 / INERTIA) ** 0.5)
             HEAD,
             [
                 NONE,
-                row("bound", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'seek = "minimum"'),
+                row("bound", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'sense = "min"'),
                 row("same", DAMPING, "1", "100", FREQUENCY, 'target = "10 Hz"'),
             ],
             (

@@ -77,8 +77,8 @@ DISTRIBUTIONS: list[tuple[str, dict[str, Any], str]] = [
     ("normal", {"mean": 1, "deviation": 0}, "deviation has to be > 0"),
     ("lognormal", {"mean": -1, "deviation": 1}, "its mean has to be"),
     ("lognormal", {"mean": 1, "deviation": 1e7}, "1e+06 times the mean"),
-    ("uniform", {"lower": 2, "upper": 1}, "lower has to be below upper"),
-    ("triangular", {"lower": 1, "upper": 2, "mode": 3}, "mode has to be between"),
+    ("uniform", {"min": 2, "max": 1}, "min has to be below max"),
+    ("triangular", {"min": 1, "max": 2, "mode": 3}, "mode has to be between"),
 ]
 #: whole sweeps: axes, other keys, where the problem is, and words of it
 SWEEPS: dict[str, Row] = {

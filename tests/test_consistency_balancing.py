@@ -51,11 +51,11 @@ starts = 3
 WEIGHT, SHAFT = "machine.crank_train.counterweights", "machine.crank_train.balance_shafts"
 ROOT = "optimisation/"
 #: a phase that takes another key along
-TURNED = f'{{{{ key = "{WEIGHT}[0].phase", lower = "0 deg", upper = "360 deg", with = [{{}}] }}}}'
+TURNED = f'{{{{ key = "{WEIGHT}[0].phase", min = "0 deg", max = "360 deg", with = [{{}}] }}}}'
 
 
 def _variable(key: str, lower: str, upper: str, ties: str = "") -> str:
-    return f'{{ key = "{key}", lower = "{lower}", upper = "{upper}"{ties} }}'
+    return f'{{ key = "{key}", min = "{lower}", max = "{upper}"{ties} }}'
 
 
 def _both(which: str, index: int, most: str) -> list[str]:
@@ -182,7 +182,7 @@ def test_an_optimum_at_the_ends_of_a_turn_is_on_no_bound() -> None:
         ),
         (TURNED.format('{ key = "machine.kind" }'), "the optimiser cannot change this key"),
         (
-            f'{{ key = "{WEIGHT}[0].unbalance", lower = "0 kg*m", upper = "0.2 kg*m",'
+            f'{{ key = "{WEIGHT}[0].unbalance", min = "0 kg*m", max = "0.2 kg*m",'
             f' with = [{{ key = "{WEIGHT}[1].unbalance", factor = -1 }}] }}',
             "would take a value that it must not have",
         ),

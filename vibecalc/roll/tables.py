@@ -183,17 +183,17 @@ Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 class GainRange(Table):
     """Bounds of the controller's gain."""
 
-    lower: Number = key("smallest gain", gt=0)
-    upper: Number = key("largest gain", gt=0)
-    RULES = (ordered("lower", "upper"),)
+    lower: Number = key("smallest gain", gt=0, alias="min")
+    upper: Number = key("largest gain", gt=0, alias="max")
+    RULES = (ordered("min", "max"),)
 
 
 class FeedbackRange(Table):
     """Bounds of the feedback of the shell's acceleration."""
 
-    lower: Time = key("smallest feedback; it may be negative")
-    upper: Time = key("largest feedback")
-    RULES = (ordered("lower", "upper"),)
+    lower: Time = key("smallest feedback; it may be negative", alias="min")
+    upper: Time = key("largest feedback", alias="max")
+    RULES = (ordered("min", "max"),)
 
 
 class Tune(Table):

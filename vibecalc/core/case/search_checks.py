@@ -107,9 +107,9 @@ MOST_WHOLE = 10_000
 
 
 def _bounds(row: Row, shape: Shape) -> Generator[Problem, None, list[float]]:
-    """Problems of `lower` and `upper`: unit, range, order; returns those that can be read."""
+    """Problems of `min` and `max`: unit, range, order; returns those that can be read."""
     values: list[float] = []
-    for side in ("lower", "upper"):
+    for side in ("min", "max"):
         if not is_value(row[side]):
             continue
         try:
@@ -122,11 +122,11 @@ def _bounds(row: Row, shape: Shape) -> Generator[Problem, None, list[float]]:
             yield row.problem(side, message, found=str(row[side])[:60], allowed=bound_words(shape))
     if len(values) == 2 and not values[0] < values[1]:
         yield row.problem(
-            "lower",
+            "min",
             "the lower bound has to be below the upper one",
-            found=f"lower {row['lower']} and upper {row['upper']}",
-            allowed="lower < upper",
-            also="upper",
+            found=f"min {row['min']} and max {row['max']}",
+            allowed="min < max",
+            also="max",
         )
     return values
 
@@ -225,7 +225,7 @@ def _tie(variable: Row, leads: Shape, tie: Row, shape: Shape) -> Iterator[Proble
         message = "no offset in the unit of the key"
         yield tie.problem("offset", message, found=found, allowed=unit or "a number")
     elif isinstance(factor, int | float) and not isinstance(factor, bool):
-        bounds = (read_number(variable[side], unit) for side in ("lower", "upper"))
+        bounds = (read_number(variable[side], unit) for side in ("min", "max"))
         values = [factor * bound + offset for bound in bounds if bound is not None]
         yield from _taken(tie, "", tie["key"], shape, values)
 
@@ -259,17 +259,17 @@ def _whole_ones(variable: Row, shape: Shape) -> Iterator[Problem]:
             hint='choices = ["1 mm", "2 mm"]',
         )
         return
-    low, high = (read_number(variable[side], "") for side in ("lower", "upper"))
+    low, high = (read_number(variable[side], "") for side in ("min", "max"))
     if low is None or high is None or not low < high:
         return
     count = len(whole_numbers(low, high)) if max(abs(low), abs(high)) < 1e15 else 0
     if not 1 <= count <= MOST_WHOLE:
         yield variable.problem(
-            "lower",
+            "min",
             "no whole number between the bounds" if not count else "too many whole numbers",
-            found=f"{variable['lower']} to {variable['upper']}",
+            found=f"{variable['min']} to {variable['max']}",
             allowed=f"1 to {MOST_WHOLE} of them",
-            also="upper",
+            also="max",
         )
 
 

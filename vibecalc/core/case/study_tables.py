@@ -145,8 +145,8 @@ class Variable(Table):
     """One key of the case that the optimiser may change, with the keys that follow it."""
 
     key: Name = described("as in machine.mounts.each.stiffness or ...cylinders[0].position")
-    lower: Value | None = described("lower bound, SI or with a unit", None)
-    upper: Value | None = described("upper bound, SI or with a unit", None)
+    lower: Value | None = described("lower bound, SI or with a unit", None, alias="min")
+    upper: Value | None = described("upper bound, SI or with a unit", None, alias="max")
     integer: bool | None = described("whole numbers between the bounds only", None, strict=True)
     choices: Labels = described(
         "the values that it may take, instead of bounds: SI, with a unit, or names", ()
@@ -158,9 +158,9 @@ class Variable(Table):
         max_length=32,
     )
     RULES = (
-        one_of("lower upper", "choices"),
-        needs("lower", "upper"),
-        needs("upper", "lower"),
+        one_of("min max", "choices"),
+        needs("min", "max"),
+        needs("max", "min"),
         at_most_one("integer", "choices"),
     )
 
@@ -237,15 +237,15 @@ class Find(Table):
     also: tuple[Key, ...] = described(
         "further keys, changed in the same ratio as this one", (), max_length=32
     )
-    lower: Value = described("smallest value examined, SI or with a unit")
-    upper: Value = described("largest value examined, SI or with a unit")
+    lower: Value = described("smallest value examined, SI or with a unit", alias="min")
+    upper: Value = described("largest value examined, SI or with a unit", alias="max")
     quantity: ResultPath = described("result path")
     where: Where = described(
         "picks an entry along named axes; of several left the largest counts", default_factory=dict
     )
     target: Value | None = described("the value wanted; or", None)
     change: Value | None = described("what is wanted less what the case as written gives; or", None)
-    seek: Literal["minimum", "maximum"] | None = described(
+    sense: Literal["min", "max"] | None = described(
         "the extreme between the bounds, instead of a value", None
     )
     points: Annotated[int, Field(strict=True, ge=3, le=2000)] = described(
@@ -261,8 +261,8 @@ class Find(Table):
         one_of(
             "target",
             "change",
-            "seek",
-            allowed="one of target (a value), change (from the case as written) or seek (an "
+            "sense",
+            allowed="one of target (a value), change (from the case as written) or sense (an "
             "extreme)",
         ),
         "vibecalc.core.case.search_checks:check_find",
@@ -315,7 +315,7 @@ class Fit(Table):
             "variables",
             "a fit moves numbers between bounds, it picks nothing from lists",
             lambda t: any("choices" in one or "integer" in one for one in t.each("variables")),
-            "lower and upper",
+            "min and max",
             hint="[optimisation] picks from lists",
         ),
         _points,
@@ -337,18 +337,18 @@ class Distribution(Table):
     """How a key scatters; mean and deviation are those of the key itself, in every kind."""
 
     kind: Literal["uniform", "normal", "lognormal", "triangular"] = described(
-        "uniform and triangular need lower and upper, the others mean and deviation"
+        "uniform and triangular need min and max, the others mean and deviation"
     )
-    lower: Value | None = described("smallest value", None)
-    upper: Value | None = described("largest value", None)
+    min: Value | None = described("smallest value", None)
+    max: Value | None = described("largest value", None)
     mode: Value | None = described("likeliest value of a triangular one; default: half way", None)
     mean: Value | None = described("mean", None)
     deviation: Value | None = described("standard deviation", None)
     RULES = (
         by_kind(
             "distribution",
-            uniform="lower upper",
-            triangular="lower upper | mode",
+            uniform="min max",
+            triangular="min max | mode",
             normal="mean deviation",
             lognormal="mean deviation",
         ),

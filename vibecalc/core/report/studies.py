@@ -383,7 +383,7 @@ def find(result: Result) -> Section | None:
         unit = bound_unit(search, parts["value"].unit)
         ends = (show(*in_unit(parts[name], unit), _DIGITS) if name in parts else "-"
                 for name in ("written", "value"))  # fmt: skip
-        wanted = str(search["seek"]) if search.get("seek") else _number(parts, "wanted")
+        wanted = f"{search['sense']}imum" if search.get("sense") else _number(parts, "wanted")
         numbers = _number(parts, "ratio"), _number(parts, "reached"), wanted
         rows.append([str(search["name"]), str(search["key"]), *ends, unit, *numbers])
         below += paragraph(_find_words(result, search, parts), "-")
@@ -432,7 +432,7 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
         further = more.values.size - _MOST
         shown = ", ".join(show(other, digits=_DIGITS) for other in values.tolist())
         shown += f" and {further} more" * (further > 0)
-        what = "extremes" if search.get("seek") else "solutions"
+        what = "extremes" if search.get("sense") else "solutions"
         words += f"; further {what} at {shown} {unit}".rstrip()
     return words
 

@@ -103,7 +103,7 @@ def find_entries(case: "Case") -> dict[str, Entry]:
             {"key": [{"key": key, "unit": field_unit(key)} for key in search.also]},
             {
                 "ratio": is_written and written != 0.0,
-                "wanted": search.seek is None,
+                "wanted": search.sense is None,
                 "written": is_written,
             },
         )

@@ -141,7 +141,7 @@ def study_problems(case: "Case") -> Iterator[Problem]:
         yield Problem(
             path=("optimisation", "sensitivity"),
             message="sensitivity is about variables between bounds, and all of these are picked",
-            allowed="a variable with lower and upper",
+            allowed="a variable with min and max",
         )
 
 
