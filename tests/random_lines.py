@@ -58,7 +58,12 @@ class _Draw:
             self.shafts.append(quill)
         self.dampers()
         if self.chance(0.5):
-            beside = {"on": "flywheel", "orders": [1.0, 3.0], "of": "crankshaft", "exponent": 1.0}
+            beside = {
+                "on": "flywheel",
+                "orders": [1.0, 3.0],
+                "orders_of": "crankshaft",
+                "exponent": 1.0,
+            }
             beside["torques"] = [1e-4 * self.stiff, 3e-5 * self.stiff]
             self.line.setdefault("excitations", []).append({**beside, "phases": [0.3, -2.0]})
         return {

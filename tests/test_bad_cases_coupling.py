@@ -97,7 +97,7 @@ STUDY = f"[optimisation]\nobjective = {{ {QUANTITY.replace(chr(10), ', ', 1).str
         (
             f'{STUDY}variables = [{{ key = "{AIR}", min = "20 degC", max = "60 degC", with = '
             f'[{{ key = "{AIR}", offset = "5 degC" }}] }}]',
-            "optimisation.variables.0.with.0.offset",
+            "optimisation.variables.0.followed_by.0.offset",
         ),
         (
             f'[[find]]\nname = "a"\n{QUANTITY}target = 300\n'

@@ -51,7 +51,7 @@ def checked(folder: Path, *rows: str, head: str = HEAD, verb: str = "check") -> 
         (STIFFNESS, "machine.motor.torque.cosine[0]", "machine has no key 'motor'"),
         (STIFFNESS, "machine.crank_train.cylinders[7].crank_phase", "[0] to [2], so no [7]"),
         ('"1 N/mm"', '"1 kg"', "found '1 kg', a mass"),
-        ('"1 N/mm"', '"-1 N/mm"', "lower is a value that machine.mounts.each.stiffness must not"),
+        ('"1 N/mm"', '"-1 N/mm"', "min is a value that machine.mounts.each.stiffness must not"),
         ('"1 N/mm"', '"100 N/mm"', "min < max"),
         (FREQUENCY, "isolation/pitch/natural_freqency", f"did you mean '{FREQUENCY}'?"),
         (FREQUENCY, "excitation/residual", "no table of this case asks for it"),
@@ -76,9 +76,9 @@ def test_words(tmp_path: Path, old: str, new: str, words: str) -> None:
     assert "one.toml:" in outcome.err and "1 error in" in outcome.err, outcome.err
 
 
-ZERO = row("one", PHASE, "-1 rad", "1 rad", RIGID, f'also = ["{RADIUS}"]', 'target = "1 N"')
+ZERO = row("one", PHASE, "-1 rad", "1 rad", RIGID, f'scaled_with = ["{RADIUS}"]', 'target = "1 N"')
 FIRST = PHASE.replace("[1]", "[0]")
-BELOW = row("one", FIRST, "-1 rad", "1 rad", RIGID, f'also = ["{ROD}"]', "target = 1")
+BELOW = row("one", FIRST, "-1 rad", "1 rad", RIGID, f'scaled_with = ["{ROD}"]', "target = 1")
 LISTED = HEAD.replace('stiffness = "10000 N/m"', "stiffness = [10000, 10000, 10000]")
 STUDY = f"""
 [optimisation]

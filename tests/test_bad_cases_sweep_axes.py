@@ -104,7 +104,7 @@ SWEEPS: dict[str, Row] = {
         f"two axes vary {PHASE}",
     ),
     "unequal": (
-        [axis(STIFFNESS, 1, 2, 3, **{"with": [axis(DAMPING, 1, 2)]})],
+        [axis(STIFFNESS, 1, 2, 3, **{"in_step": [axis(DAMPING, 1, 2)]})],
         {},
         "",
         f"keys that vary together need equally many values | 2 for {DAMPING}, 3 for {STIFFNESS}",

@@ -34,7 +34,7 @@ SHORT = replaced(
     ("highest = 6", "highest = 3"),
 ) + (
     "as_published = {}\n"
-    'transient = { kind = "load_step", on = "flywheel", torque = "9 N*m", after = "0.05 s" }\n'
+    'transient = { kind = "load_step", on = "flywheel", torque = "9 N*m", time_after = "0.05 s" }\n'
 )
 
 #: a crank and a viscous ring, nothing else; a two-stroke engine's first order, and no other

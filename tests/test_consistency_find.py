@@ -66,13 +66,15 @@ def test_the_stiffness_for_a_frequency_is_a_square_law(tmp_path: Path) -> None:
 
 def test_keys_that_follow_keep_their_ratio(tmp_path: Path) -> None:
     """At one ratio of rod to crank the inertia force goes with the crank radius."""
-    search = row("radius", RADIUS, "2 cm", "20 cm", RIGID, f'also = ["{ROD}"]', 'target = "5 kN"')
+    search = row(
+        "radius", RADIUS, "2 cm", "20 cm", RIGID, f'scaled_with = ["{ROD}"]', 'target = "5 kN"'
+    )
     record = run(tmp_path, search).record
     close(record, "find/radius/ratio", 5000.0 / float(record[RIGID].values), 1e-12)
     value = float(record["find/radius/value"].values)
     alone = run(tmp_path, settings=(f"{RADIUS}={value!r}", f"{ROD}={value / 0.06 * 0.2!r}")).record
     assert float(alone[RIGID].values) == pytest.approx(5000.0, rel=1e-12)
-    only = run(tmp_path, search.replace("also", "# also")).record
+    only = run(tmp_path, search.replace("scaled_with", "# scaled_with")).record
     assert abs(float(only["find/radius/value"].values) - value) > 1e-3
 
 
@@ -143,7 +145,9 @@ def test_a_resonance_between_the_bounds_is_gone_around_and_said(tmp_path: Path) 
 def test_paths_units_plan_and_file_say_the_same(tmp_path: Path) -> None:
     searches = [
         row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"'),
-        row("radius", RADIUS, "2 cm", "20 cm", RIGID, f'also = ["{ROD}"]', 'change = "-1 kN"'),
+        row(
+            "radius", RADIUS, "2 cm", "20 cm", RIGID, f'scaled_with = ["{ROD}"]', 'change = "-1 kN"'
+        ),
         row("phase", PHASE, "-1 rad", "4 rad", "excitation/balance/total_cosine",
             "where = { order = 1 }", 'sense = "min"'),
     ]  # fmt: skip

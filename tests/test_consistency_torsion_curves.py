@@ -34,7 +34,7 @@ CURVES = f"""
 irregularity = [{{ on = "generator", pole_pairs = 3 }}, {{ on = "flywheel" }}, {{ on = "wheel" }}]
 [[response.torsion.curves]]
 on = "tail"
-of = ["torque", "stress", "twist"]
+quantities = ["torque", "stress", "twist"]
 {EVERY}
 measured = {{ speed = ["600 rpm", "731 rpm"], order = [0, 1.5], torque = ["2 kN*m", "1.1 kN*m"] }}
 [[response.torsion.curves]]
@@ -43,7 +43,7 @@ on = "rubber"
 on = "teeth"
 [[response.torsion.curves]]
 on = "generator"
-of = ["angle", "angular_speed", "angular_acceleration"]
+quantities = ["angle", "angular_speed", "angular_acceleration"]
 {EVERY}
 [[response.torsion.curves]]
 on = "wheel"

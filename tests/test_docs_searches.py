@@ -46,4 +46,4 @@ def test_every_path_is_in_the_table(folder: Path) -> None:
     own = [path.split("/", 2)[2] for path in entries]
     assert reported == {name for name in own if "/" not in name}
     assert "`also/<key>`" in rows[3] and "`machine/<path>`" in rows[4]
-    assert {name.split("/")[0] for name in own if "/" in name} == {"also", "machine"}
+    assert {name.split("/")[0] for name in own if "/" in name} == {"scaled_with", "machine"}

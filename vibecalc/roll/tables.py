@@ -146,6 +146,7 @@ class StartUp(Table):
     settled: Number = key(
         "change of the shell's acceleration per turn at which it counts as settled",
         0.01,
+        alias="settling_tolerance",
         gt=0,
         lt=1,
     )

@@ -18,7 +18,7 @@ ANGLES = frozenset(
 #: Keys whose value may be as small as it likes: coordinates, shares and differences.
 MAY_VANISH = frozenset(
     {"position", "positions", "origin", "wrist_pin_offset", "inertia_products", "gravity", "from"}
-    | {"values", "pressure", "cosine", "sine", "stand"}
+    | {"values", "pressure", "cosine", "sine", "dwell"}
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
     | {"min", "max", "between", "density", "real", "imaginary"}
 )

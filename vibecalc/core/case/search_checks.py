@@ -190,7 +190,7 @@ def check_search(row: Row) -> Iterator[Problem]:
             yield from _bounds(variable, shape)
             if picked:
                 yield from _whole_ones(variable, shape)
-        for tie in variable.each("with"):
+        for tie in variable.each("followed_by"):
             of = yield from _changed(tie, "key", tie["key"], seen, refusal=refusal, twice=twice)
             if of is not None:
                 yield from _tie(variable, shape, tie, of)
@@ -239,8 +239,8 @@ def _choices(variable: Row, shape: Shape) -> Iterator[Problem]:
         if read is not None and taken.setdefault(read, place) != place:
             also = (*path[:-1], taken[read])
             yield variable.problem(path, f"{str(value)[:40]} stands twice", also=also)
-    if shape.kind == "choice" and variable["with"]:
-        yield variable.problem("with", "no key can follow one that holds names")
+    if shape.kind == "choice" and variable["followed_by"]:
+        yield variable.problem("followed_by", "no key can follow one that holds names")
 
 
 def whole_numbers(lower: float, upper: float) -> range:
@@ -276,7 +276,10 @@ def _whole_ones(variable: Row, shape: Shape) -> Iterator[Problem]:
 def _stock(stock: Row, seen: Seen) -> Iterator[Problem]:
     """Problems of a stock: the tables that take over what is picked, and what its items settle."""
     places: list[tuple[KeyPath, Any]] = [(stock.place("table"), stock["table"])]
-    places += [((*stock.path, "also", n), one) for n, one in enumerate(stock.entries("also"))]
+    places += [
+        ((*stock.path, "further_tables", n), one)
+        for n, one in enumerate(stock.entries("further_tables"))
+    ]
     tables = []
     for path, table in places:
         if isinstance(table, str) and table:
@@ -375,7 +378,7 @@ _SEARCHABLE = ("machine", "excitation", "response", "isolation")
 def check_find(row: Row) -> Iterator[Problem]:
     """Yield the problems of key, bounds, and of the keys that follow it, of one [[find]]."""
     seen: Seen = {}
-    key, also, ratios = row["key"], row["also"], list[float]()
+    key, also, ratios = row["key"], row["scaled_with"], list[float]()
     lead = yield from _number(row, "key", key, seen)
     if lead is not None:
         shape, written = lead
@@ -384,12 +387,12 @@ def check_find(row: Row) -> Iterator[Problem]:
             ratios = [bound / written for bound in bounds if not math.isnan(written)]
         if also and written == 0.0:
             message = "keys cannot change in the ratio of one that is zero as written"
-            yield row.problem("key", message, found=f"{key} = 0", also="also")
+            yield row.problem("key", message, found=f"{key} = 0", also="scaled_with")
         elif also and math.isnan(written):
             message = f"keys cannot change in the ratio of {key}, which the case leaves out"
-            yield row.problem("also", message, hint=f"write {key} into the case")
-    for place, other in enumerate(row.entries("also")):
-        at = (*row.path, "also", place)
+            yield row.problem("scaled_with", message, hint=f"write {key} into the case")
+    for place, other in enumerate(row.entries("scaled_with")):
+        at = (*row.path, "scaled_with", place)
         number = yield from _number(row, at, other, seen)
         if number is not None:
             shape, written = number

@@ -92,7 +92,9 @@ class Stock(Table):
 
     name: ResultName = described("names the results: letters, digits and _")
     table: Key = described("table of the case that takes the item's values")
-    also: tuple[Key, ...] = described("further tables that take the same values", (), max_length=32)
+    also: tuple[Key, ...] = described(
+        "further tables that take the same values", (), alias="further_tables", max_length=32
+    )
     items: tuple[StockItem, ...] = described("items to choose from", (), max_length=1000)
     catalogue: str | None = described(
         "CSV with a line for each, or TOML with a table for each, instead of items", None
@@ -156,7 +158,7 @@ class Variable(Table):
     follow: tuple[TiedKey, ...] = described(
         "keys that follow it: each factor times its value, plus offset",
         (),
-        alias="with",
+        alias="followed_by",
         max_length=32,
     )
     RULES = (
@@ -237,7 +239,10 @@ class Find(Table):
     name: ResultName = described("names the results find/<name>/...: letters, digits and _")
     key: Key = described("the varied number, as in machine.crank_train.rod_length")
     also: tuple[Key, ...] = described(
-        "further keys, changed in the same ratio as this one", (), max_length=32
+        "further keys, changed in the same ratio as this one",
+        (),
+        alias="scaled_with",
+        max_length=32,
     )
     lower: Value = described("smallest value searched, SI or with a unit", alias="min")
     upper: Value = described("largest value searched, SI or with a unit", alias="max")
@@ -390,7 +395,7 @@ class Axis(Along):
     """One axis of a sweep: a key, and those that vary together with it."""
 
     together: Annotated[tuple[Along, ...], Field(max_length=31)] = described(
-        "keys that take their values in step with this one", (), alias="with"
+        "keys that take their values in step with this one", (), alias="in_step"
     )
 
 

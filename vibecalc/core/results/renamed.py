@@ -30,6 +30,20 @@ KEYS: dict[str, str] = {
     **{f"{table}.lower": "min" for table in _BOUNDED},
     **{f"{table}.upper": "max" for table in _BOUNDED},
     "find.seek": "sense",
+    "find.also": "scaled_with",
+    "stock.also": "further_tables",
+    "variables.with": "followed_by",
+    "axes.with": "in_step",
+    "switching.stand": "dwell",
+    "switching.after": "time_after",
+    "switching.settled": "settling_tolerance",
+    "start_up.settled": "settling_tolerance",
+    "torsion.transient.before": "time_before",
+    "torsion.transient.after": "time_after",
+    "torsion.curves.of": "quantities",
+    "excitations.of": "orders_of",
+    "fatigue.below": "below_knee",
+    "motor.beyond": "extrapolation",
 }
 #: end of the place of a choice -> what it was called -> what it is called now
 VALUES: dict[str, dict[str, str]] = {
@@ -59,6 +73,7 @@ _TORQUE, _FORCE, _BODY = "isolation/torque_reaction", "isolation/support_force",
 #: parts of a result path -> what stands there now
 PATHS = {
     "half_order": "order",
+    "also": "scaled_with",
     "support_displacement/sag": "support_displacement/static",
     "support_displacement/excursion": "support_displacement/total",
     "lever_force": "couple_over_lever",

@@ -44,10 +44,11 @@ _REASONS = 3
 class Along:
     """One [[find]] on its case: the result for a value of the key, in SI.
 
-    Keys of `also` keep their ratio to it. `written` is the value of the key in the case, nan where
-    it leaves the key out. `turn` is the whole turn in rad that the bounds of an angle hold, whose
-    ends are then one; else 0. `choose` finds `solutions`, of which the first is named, and `notes`;
-    `level` is what was wanted, None for an extreme. `count` is called with each evaluation.
+    Keys of `scaled_with` keep their ratio to it. `written` is the value of the key in the case, nan
+    where it leaves the key out. `turn` is the whole turn in rad that the bounds of an angle hold,
+    whose ends are then one; else 0. `choose` finds `solutions`, of which the first is named, and
+    `notes`; `level` is what was wanted, None for an extreme. `count` is called with each
+    evaluation.
     """
 
     def __init__(
@@ -309,7 +310,7 @@ def _numbers(along: Along) -> dict[str, tuple[Any, float]]:
         "others": (keys, max((other.error for other in others), default=0.0)),
         "others_reached": (values, max((other.sample.error for other in others), default=0.0)),
         **{
-            f"also/{key}": (settings[key], error * abs(settings[key] / sample.key))
+            f"scaled_with/{key}": (settings[key], error * abs(settings[key] / sample.key))
             for key in along.search.also
         },
         "evaluations": (along.curve.evaluations, 0.0),

@@ -93,7 +93,7 @@ def _emit_clutch(
     else:
         scene.warn(
             f"the clutch still slips after {float(run.course.time[-1]) - before:.4g} s: "
-            "increase `after` to reach the common speed of both parts"
+            "increase `time_after` to reach the common speed of both parts"
         )
     time, slip = _slips(line, clutch, found)
     scene.emit(f"{stem}slip_speed", ratio * slip, ratio * slack, {"clutch_time": time})
