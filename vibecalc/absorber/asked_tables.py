@@ -266,7 +266,7 @@ class Bounds(Table):
 
     stiffness_ratio: tuple[Share, Share] | None = key("minimum and maximum", None)
     damping_over_primary_critical: tuple[Share, Share] | None = key(
-        "minimum and maximum, referred to the primary", None
+        "minimum and maximum of c2 / (2 sqrt(K1 J1)), of the absorber", None
     )
     travel: Positive | None = key(
         "maximum displacement of the absorber relative to the primary, over T0 / K1", None
