@@ -462,10 +462,8 @@ class Transient(Table):
     )
     friction_torque: Moment | None = key("slip torque of the clutch, on its own shaft", None, gt=0)
     engaging_time: Time | None = key("time of its linear rise from 0; default: at once", None, gt=0)
-    before: Time = key(
-        "time in the initial state that is also computed", 0.0, alias="time_before", ge=0
-    )
-    after: Time = key("time computed afterwards", 1.0, alias="time_after", gt=0)
+    time_before: Time = key("time in the initial state that is also computed", 0.0, ge=0)
+    time_after: Time = key("time computed afterwards", 1.0, gt=0)
     counting: CycleCounting | None = key("also count cycles of torque and stress", None)
     RULES = (
         refers("on", "machine.shaft_line.stations", "station"),
