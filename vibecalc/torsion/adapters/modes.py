@@ -198,11 +198,9 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
     """
     if not has_holzer(scene.case) or not scene.wants(*PLACES):
         return
-    modes, rows = setup.modes, holzer_rows(line)
+    modes = setup.modes
     own = setup.model.at(setup.speed, modes.frequency)
-    if own.stiffness.ndim > 1:
-        each = [holzer_rows(one).stiffness for one in lines_of(own)]
-        rows = rows._replace(stiffness=np.stack(each))
+    rows = holzer_rows(own)
     axes = {
         "mode": np.arange(1, len(modes.frequency) + 1),
         "freedom": tuple(setup.shaft.freedom_names[place] for place in rows.freedom),
@@ -235,9 +233,7 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
             np.minimum(*both) for both in zip(errors, measured(table, uncertainty), strict=True)
         ]
     try:
-        lines = lines_of(own) if own.stiffness.ndim > 1 else [line] * len(modes.frequency)
-        tables = map(holzer_table, lines, modes.frequency)
-        left = np.array([one.sum_torque[-1] for one in tables])
+        left = holzer_table(own, modes.frequency).sum_torque[:, -1]
     except NumericalFailure:  # a branch that swings alone: what the shapes leave
         left = total[:, -1]
     for path, value, error in zip(PLACES, (angle, inertial.value, total), errors, strict=False):
