@@ -11,6 +11,7 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatAr
 from vibecalc.torsion.line import (
     Line,
     damping_matrix,
+    hand_over,
     mapped,
     network_matrix,
     stiffness_matrix,
@@ -248,11 +249,7 @@ def _step(line: Line, pole: ComplexArray, x: ComplexArray) -> ComplexArray:
     law = _columns(equivalent_line(line, np.abs(pole)))
     near = pole * (1.0 + 16.0 * EPSILON)
     load = (2.0 * near * law.inertia + law.absolute_damping) * x
-    turned = law.damping * (x[law.first] - x[law.second])
-    # not by numpy's `add.at`, which takes longer than all the rest
-    for first, second, one in zip(law.first.tolist(), law.second.tolist(), turned, strict=True):
-        load[first] += one
-        load[second] -= one
+    hand_over(load, law, law.damping * (x[law.second] - x[law.first]))
     ground = law.ground_stiffness + near * law.absolute_damping + near**2 * law.inertia
     network = network_of(line)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -21,7 +21,7 @@ from vibecalc.torsion.holzer import (
     shape_uncertainty,
     uncertainty_of,
 )
-from vibecalc.torsion.line import Line, lines_of
+from vibecalc.torsion.line import Line, hand_over, lines_of
 from vibecalc.torsion.modes_of_tree import riccati_frequencies
 from vibecalc.torsion.results import ROOT
 
@@ -160,8 +160,7 @@ def _strain(
     # d share = (d energy - share d total) / total
     torque = 2.0 * line.stiffness * twist.conj() / safe
     whole = 2.0 * line.ground_stiffness * shape.conj() / safe
-    np.add.at(whole.T, line.first, torque.T)
-    np.subtract.at(whole.T, line.second, torque.T)
+    hand_over(whole.T, line, -torque.T)
     # the length of the weights of all angles, where no more than a bound of these is known
     along = torque.conj() * (whole[:, line.first] - whole[:, line.second])
     square = 2.0 * np.abs(torque) ** 2 - 2.0 * share * along.real
