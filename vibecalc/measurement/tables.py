@@ -11,6 +11,7 @@ from vibecalc.core.case.fields import (
     Frequency,
     Level,
     Name,
+    Number,
     Table,
     Unit,
     Whole,
@@ -139,6 +140,16 @@ class Measurement(Table):
     phase_uncertainty: Angle = key(
         "standard uncertainty of a phase besides that", 0.0, ge=0, le=math.pi
     )
+    sensitivity_mismatch: Number = key(
+        "standard uncertainty, as a share, of the ratio of the sensitivities of the two "
+        "accelerometers of a difference",
+        0.0,
+        ge=0,
+        le=1,
+    )
+    phase_mismatch: Angle = key(
+        "standard uncertainty of the phase between these two on one motion", 0.0, ge=0, le=math.pi
+    )
     orders: tuple[Order, ...] = key("harmonics that are read", min_length=1, max_length=64)
     base_frequency: Frequency | None = key(
         "frequency of order 1, where no machine speed tells it", None, gt=0
@@ -173,6 +184,11 @@ class Measurement(Table):
             also=("machine", "speed"),
         ),
     )
+
+    @property
+    def has_mismatch(self) -> bool:
+        """Whether the two accelerometers of a difference may not be alike."""
+        return self.sensitivity_mismatch > 0.0 or self.phase_mismatch > 0.0
 
     @property
     def channel_names(self) -> tuple[str, ...]:
