@@ -35,8 +35,11 @@ class Varied:
     """A case with some of its keys set to numbers between bounds.
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
-    leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others.
+    leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others. `picked`
+    are the places of options that are set besides.
     """
+
+    picked: tuple[int, ...] = ()
 
     def __init__(
         self, loaded: "LoadedCase", moving: Sequence[Variable], cache: StageCache | None = None
@@ -96,7 +99,6 @@ class Binding(Varied):
         super().__init__(loaded, study.moving)
         self.case, self.study, self.goal = loaded.case, study, study.objective
         self.choices = choices_of(study)
-        self.picked: tuple[int, ...] = ()
         self.scatter: Scatter | None = None
         if study.robust is not None:
             from vibecalc.core.study.scatter import scatter_of
@@ -294,14 +296,12 @@ class Foreseen:
         #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
         self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
 
-    def find(
-        self, binding: Binding, variables: np.ndarray, wanted: frozenset[str]
-    ) -> Record | None:
+    def find(self, binding: Varied, variables: np.ndarray, wanted: frozenset[str]) -> Record | None:
         """The results at a point, or None where it needs a run of its own."""
         self.add(binding, variables[None, :], wanted)
         return self._known.get((binding.picked, variables.tobytes(), wanted))
 
-    def add(self, binding: Binding, points: np.ndarray, wanted: frozenset[str]) -> None:
+    def add(self, binding: Varied, points: np.ndarray, wanted: frozenset[str]) -> None:
         """Compute the results `wanted` at points (k, n), where arrays can."""
         keys = [(binding.picked, point.tobytes(), wanted) for point in points]
         fresh = [place for place, key in enumerate(keys) if key not in self._known]
@@ -326,7 +326,7 @@ class Foreseen:
         while len(self._known) > MOST:
             self._known.popitem(last=False)
 
-    def _planned(self, binding: Binding, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
+    def _planned(self, binding: Varied, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
         what = (binding.picked, wanted)
         if what not in self._plans:
             keys = [parse_key(key) for key in _numbers(binding.settings(binding.first))]
