@@ -68,7 +68,7 @@ def test_cases_fit_the_schema_of_all_kinds_and_that_of_their_kind_alone(all_of_t
     assert {kind_of(data) for data in every_case().values()} == set(KINDS)
     for name in every_case() if all_of_them else some_cases():
         data = every_case()[name]
-        for kind in KINDS if all_of_them else ("generator", kind_of(data)):
+        for kind in KINDS if all_of_them else ("machine", kind_of(data)):
             assert judge_of(kind).is_valid(data) == (kind == kind_of(data)), (name, kind)
         assert judge_of("").is_valid(data), name
 
@@ -253,7 +253,7 @@ WRONG: dict[str, tuple[str, Any, str]] = {
 }
 
 
-@pytest.mark.parametrize("kind", ["", "generator"])
+@pytest.mark.parametrize("kind", ["", "machine"])
 @pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool[0])
 def test_tools_flag_wrong_cases(tool: tuple[str, ...], kind: str, tmp_path: Path) -> None:
     import tomli_w

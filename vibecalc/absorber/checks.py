@@ -76,7 +76,10 @@ def _stated(case: Case) -> Iterator[Stated]:
     for place, one in enumerate(machine.secondaries):
         yield from _of_one((*SECONDARIES, place), one, scale)
     if tuning is not None and tuning.bounds is not None:
-        for key, what in (("stiffness_ratio", "stiffness"), ("damping_ratio", "damping")):
+        for key, what in (
+            ("stiffness_ratio", "stiffness"),
+            ("damping_over_primary_critical", "damping"),
+        ):
             for end in getattr(tuning.bounds, key) or ():
                 yield ("tuning", "bounds", key), what, end
     if tuning is not None and tuning.chart is not None:
@@ -89,7 +92,7 @@ def _stated(case: Case) -> Iterator[Stated]:
     if curves is not None and curves.vary is not None:
         for key in Vary.model_fields:
             for place, value in enumerate(getattr(curves.vary, key)):
-                what = key.removesuffix("_ratio").rpartition("_")[2]
+                what = next(one for one in WAYS if one in key)
                 yield ("response", "absorber", "vary", key, place), what, value
 
 
@@ -232,11 +235,13 @@ def _curves(case: Case) -> Iterator[Problem]:
     one = case.machine.secondary
     if curves is None or curves.vary is None or one is None:
         return
-    if curves.vary.own_damping and 0.0 in (getattr(one, key) for key in WAYS["stiffness"]):
+    if curves.vary.absorber_damping_ratio and 0.0 in (
+        getattr(one, key) for key in WAYS["stiffness"]
+    ):
         yield Problem(
-            path=("response", "absorber", "vary", "own_damping"),
+            path=("response", "absorber", "vary", "absorber_damping_ratio"),
             message="without a spring the absorber has no frequency of its own for this ratio",
-            allowed="secondary_damping, which is referred to the primary",
+            allowed="damping_over_primary_critical, which is referred to the primary",
             also=("machine", "secondary"),
         )
 

@@ -21,7 +21,7 @@ AXES: dict[str, tuple[str, str]] = {
     "coordinate": ("", "coordinate of the rigid body"),
     "crank_angle": ("rad", "crank angle"),
     "frequency_ratio": ("", "excitation frequency over natural frequency"),
-    "masked": ("", "interval of speeds left out"),
+    "resonance_skipped": ("", "interval of speeds left out"),
     "method": ("", "method"),
     "pole": ("", "pole, rightmost first"),
     "peak": ("", "maximum, from low to high frequency"),

@@ -164,11 +164,11 @@ _BARCODE = 12
 _SHADES = (
     ("barred", "#E69F00", 0.25, "barred for continuous operation"),
     ("hammering", "#CC79A7", 0.15, "gear hammer"),
-    ("masked", "#f3c6cc", 1.0, "undamped critical"),
+    ("resonances_skipped", "#f3c6cc", 1.0, "undamped critical"),
 )
 #: the same line otherwise: where it stands, its name and look
 _OTHERS: tuple[tuple[str, str, Look], ...] = (
-    ("bare/", "without dampers", {"color": QUIET, "linestyle": "--", "linewidth": 1.2}),
+    ("without_dampers/", "without dampers", {"color": QUIET, "linestyle": "--", "linewidth": 1.2}),
     (
         "healthy/",
         "all firing",
@@ -367,14 +367,14 @@ def _shades(named: bool) -> Iterator[Mark]:
 
 def _springs(record: Record) -> list[str]:
     """Sections that only the line with its dampers has: a ring's spring may have its own name."""
-    bare = names(record, f"bare/speeds/{_TORQUE}", "section")
+    bare = names(record, f"without_dampers/speeds/{_TORQUE}", "section")
     own = names(record, f"speeds/{_TORQUE}", "section")
     return [one for one in own if one not in bare] if bare else []
 
 
 def _undamped(record: Record) -> bool:
     """Whether the curves have flanks without end."""
-    return vector(record, "masked/from", "masked") is not None
+    return vector(record, "resonances_skipped/from", "resonance_skipped") is not None
 
 
 # ----------------------------------------------------------------------------
@@ -401,7 +401,7 @@ def _twists(result: Result) -> list[Panel]:
             if (row := _row(record, _TWIST, name)) is not None}  # fmt: skip
     most = sorted(tops, key=lambda name: -tops[name])[:_MOST_PANELS]
     ill = [*misfire_words(result), "as it is"]
-    damped = "with dampers" if names(record, f"bare/{path}", "section") else ill[0]
+    damped = "with dampers" if names(record, f"without_dampers/{path}", "section") else ill[0]
     shown = [name for name in tops if name in most]
     own = {name: _sections(_TWIST, "", [name]) for name in shown}
     others = [_sections(_TWIST, root, shown) for root, *_ in _OTHERS]
@@ -411,7 +411,7 @@ def _twists(result: Result) -> list[Panel]:
     panels = []
     for name, height in zip(shown, map(_highest, curves), strict=False):
         title = f"{name}\nlargest {show(height, digits=3)}"
-        without = top_of(record, name, _TWIST, "bare/")
+        without = top_of(record, name, _TWIST, "without_dampers/")
         if without.size and len(name) <= _SHORT:
             title += f", without {show(MILLI * float(without[0, 1]), digits=3)}"
         nearby = [Curve(_sections(_TWIST, root, [name]), words, {**look, "marker": ""})
@@ -459,7 +459,9 @@ def _used(limit: int, name: str) -> Source:
 
     def made(result: Result) -> Quantity | None:
         record, torques = result.record, bool(of_torque(result.record)[limit])
-        use, at = (vector(record, f"limit/{one}", "limit") for one in ("largest_use", "speed"))
+        use, at = (
+            vector(record, f"limit/{one}", "limit") for one in ("largest_utilisation", "speed")
+        )
         bound = record.quantities.get(f"{TORSION}limit/{'torque_' * torques}{name}")
         load, place = _loaded(record, limit)
         factor = 1.0 if torques or place is None else _cross_section(record, limit, place)
@@ -492,7 +494,7 @@ def _loaded(record: Record, limit: int) -> tuple[Quantity | None, int | None]:
 def _limit_panels(result: Result) -> list[Panel]:
     record, given = result.record, limits_of(result)
     own = any(one.get("rule") == "iacs_m53" for one in given) or np.any(of_torque(record))
-    if f"{TORSION}limit/largest_use" not in record or not own:
+    if f"{TORSION}limit/largest_utilisation" not in record or not own:
         return []
     words = []
     for i, one in enumerate(given):
@@ -529,8 +531,8 @@ TORSION_COUPLINGS = Curves(
     also("couplings, utilisation against speed"),
     (
         Panel(
-            "use",
-            (Curve(f"{COUPLING}/speeds/use", "{}", most=14), _permitted, operating),
+            "utilisation",
+            (Curve(f"{COUPLING}/speeds/utilisation", "{}", most=14), _permitted, operating),
             unit="%",
             legend=_BESIDE,
         ),
