@@ -35,8 +35,12 @@ class Varied:
     """A case with some of its keys set to numbers between bounds.
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
-    leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others.
+    leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others. `picked`
+    are the places of options that are set besides, `scatter` the tolerances about each candidate.
     """
+
+    picked: tuple[int, ...] = ()
+    scatter: "Scatter | None" = None
 
     def __init__(
         self, loaded: "LoadedCase", moving: Sequence[Variable], cache: StageCache | None = None
@@ -73,6 +77,13 @@ class Varied:
         except CaseError as error:
             raise NumericalFailure(str(error.problems[0].message)) from error
 
+    def scattering(self, scatter: "Scatter", settings: Mapping[str, Any]) -> dict[str, float]:
+        """What the keys that scatter are in a candidate."""
+        return {
+            key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
+            for key in scatter.keys
+        }
+
     def results(
         self, variables: np.ndarray, wanted: frozenset[str], more: Mapping[str, Any] | None = None
     ) -> Record:
@@ -96,8 +107,6 @@ class Binding(Varied):
         super().__init__(loaded, study.moving)
         self.case, self.study, self.goal = loaded.case, study, study.objective
         self.choices = choices_of(study)
-        self.picked: tuple[int, ...] = ()
-        self.scatter: Scatter | None = None
         if study.robust is not None:
             from vibecalc.core.study.scatter import scatter_of
 
@@ -193,13 +202,6 @@ class Binding(Varied):
             except NumericalFailure as failure:
                 raise NumericalFailure(f"a machine within the tolerances: {failure}") from failure
         return Machines(count, parts, alone)
-
-    def scattering(self, scatter: "Scatter", settings: Mapping[str, Any]) -> dict[str, float]:
-        """What the keys that scatter are in a candidate."""
-        return {
-            key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
-            for key in scatter.keys
-        }
 
     def _wanted(self, goals: tuple[Objective, ...]) -> frozenset[str]:
         """Results behind objectives and limits."""
@@ -326,12 +328,12 @@ class Foreseen:
         #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
         self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
 
-    def find(self, binding: Binding, variables: np.ndarray, wanted: frozenset[str]) -> Found | None:
+    def find(self, binding: Varied, variables: np.ndarray, wanted: frozenset[str]) -> Found | None:
         """The results at a point, or None where it needs a run of its own."""
         self.add(binding, variables[None, :], wanted)
         return self._known.get((binding.picked, variables.tobytes(), wanted))
 
-    def add(self, binding: Binding, points: np.ndarray, wanted: frozenset[str]) -> None:
+    def add(self, binding: Varied, points: np.ndarray, wanted: frozenset[str]) -> None:
         """Compute the results `wanted` at points (k, n), where arrays can."""
         keys = [(binding.picked, point.tobytes(), wanted) for point in points]
         fresh = [place for place, key in enumerate(keys) if key not in self._known]
@@ -378,7 +380,7 @@ class Foreseen:
                 mine = [one._replace(places=one.places % each) for one in own if len(one.places)]
                 self._known[key] = Machines(each, mine, [])
 
-    def _planned(self, binding: Binding, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
+    def _planned(self, binding: Varied, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
         what = (binding.picked, wanted)
         if what not in self._plans:
             scatter = () if binding.scatter is None else binding.scatter.keys
