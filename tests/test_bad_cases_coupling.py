@@ -95,8 +95,8 @@ STUDY = f"[optimisation]\nobjective = {{ {QUANTITY.replace(chr(10), ', ', 1).str
             "optimisation.variables.0.choices.1",
         ),
         (
-            f'{STUDY}variables = [{{ key = "{AIR}", min = "20 degC", max = "60 degC", with = '
-            f'[{{ key = "{AIR}", offset = "5 degC" }}] }}]',
+            f'{STUDY}variables = [{{ key = "{AIR}", min = "20 degC", max = "60 degC", '
+            f'followed_by = [{{ key = "{AIR}", offset = "5 degC" }}] }}]',
             "optimisation.variables.0.followed_by.0.offset",
         ),
         (

@@ -62,10 +62,14 @@ def checked(folder: Path, *rows: str, head: str = HEAD, verb: str = "check") -> 
         ('target = "10 Hz"', 'target = 1\nchange = "1 Hz"', "change and target exclude each other"),
         ('target = "10 Hz"', 'target = 1\nsense = "min"', "sense and target exclude each other"),
         ('target = "10 Hz"', "target = 1\nwhere = { order = 1 }", "has no axis 'order'"),
-        ('target = "10 Hz"', f"target = 1\nalso = ['{STIFFNESS}']", "changed twice"),
-        ('target = "10 Hz"', f"target = 1\nalso = ['{DAMPING}', '{DAMPING}']", "changed twice"),
-        ('target = "10 Hz"', "target = 1\nalso = ['machine.sped']", "did you mean 'speed'?"),
-        ('target = "10 Hz"', f"target = 1\nalso = ['{PHASE}']", "zero does not change"),
+        ('target = "10 Hz"', f"target = 1\nscaled_with = ['{STIFFNESS}']", "changed twice"),
+        (
+            'target = "10 Hz"',
+            f"target = 1\nscaled_with = ['{DAMPING}', '{DAMPING}']",
+            "changed twice",
+        ),
+        ('target = "10 Hz"', "target = 1\nscaled_with = ['machine.sped']", "did you mean 'speed'?"),
+        ('target = "10 Hz"', f"target = 1\nscaled_with = ['{PHASE}']", "zero does not change"),
     ],
 )
 def test_words(tmp_path: Path, old: str, new: str, words: str) -> None:

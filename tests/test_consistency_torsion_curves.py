@@ -47,7 +47,7 @@ quantities = ["angle", "angular_speed", "angular_acceleration"]
 {EVERY}
 [[response.torsion.curves]]
 on = "wheel"
-of = ["angular_acceleration", "angle", "angular_speed"]
+quantities = ["angular_acceleration", "angle", "angular_speed"]
 {EVERY}
 [[response.torsion.limits]]
 curve = {{ speed = ["500 rpm", "1300 rpm"], stress = ["40 MPa", "60 MPa"] }}
