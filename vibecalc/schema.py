@@ -84,46 +84,42 @@ KindName = Literal["generator", "compressor", "plate", "absorber", "engine", "pu
 
 
 class Machine(Table):
-    """A machine: its kind says which parts it needs, and nothing else."""
+    """A machine; its kind decides which parts it needs."""
 
     kind: KindName = key("kind of machine")
     cycle: Cycle | None = key("of an engine: 720 or 360 degrees", None)
     # None stands for a part that the kind does without (kinds.py); ask has_crank_train and
     # has_speed there before reading one of these two where that may be.
     speed: AngularSpeed = key(
-        "operating speed of the crankshaft; not where the motor finds it", NEEDED_BY_KIND, gt=0
+        "operating speed of the crankshaft, unless the motor determines it", NEEDED_BY_KIND, gt=0
     )
     crank_train: CrankTrain = key("cylinders, rods and cranks", NEEDED_BY_KIND)
-    body: Body | None = key("the rigid machine", None)
-    mounts: Mounts | None = key("what the body stands on", None)
-    motor: Motor | None = key("the motor on the crankshaft", None)
-    joints: Joints | None = key("bearings with play", None)
-    rotor: Rotor | None = key(
-        "all that turns with the crankshaft; without it the crank turns steadily", None
-    )
-    shell: Shell | None = key("what turns about the crank axis, as one body", None)
+    body: Body | None = key("rigid body of the machine", None)
+    mounts: Mounts | None = key("mounts below the body", None)
+    motor: Motor | None = key("motor on the crankshaft", None)
+    joints: Joints | None = key("bearings with clearance", None)
+    rotor: Rotor | None = key("rotating parts; without it the crank turns at constant speed", None)
+    shell: Shell | None = key("stator, housing and baseplate that roll about the crank axis", None)
     friction: Friction | None = key("between shell, crankshaft and pistons", None)
-    primary: Primary | None = key("a system that an absorber is to keep still", None)
-    secondary: Secondary | None = key("the absorber on the primary", None)
+    primary: Primary | None = key("primary system of an absorber", None)
+    secondary: Secondary | None = key("absorber on the primary", None)
     secondaries: Secondaries = key("several absorbers, instead of one", ())
-    rod: Rod | None = key("the rod that is the primary's spring", None)
-    flywheel: Flywheel | None = key("on the end of the rod, for its bending", None)
+    rod: Rod | None = key("round rod as the primary's spring", None)
+    flywheel: Flywheel | None = key("on the free end of the rod, for bending", None)
     springs: Springs | None = key("helical springs of the absorber", None)
-    ring: Ring | None = key("the seismic mass of the absorber", None)
-    gap: Gap | None = key("full of oil, around the seismic mass", None)
-    oil: Oil | None = key("in the gap, as built", None)
-    stock_springs: StockSprings = key("that can be bought", ())
-    stock_oils: StockOils = key("that can be bought", ())
-    stock_dampers: StockDampers = key("that can be bought, in translation", ())
-    spring_catalogue: SpringCatalogue | None = key(
-        "springs that can be bought, also as a file", None
-    )
-    oil_catalogue: OilCatalogue | None = key("oils that can be bought, also as a file", None)
+    ring: Ring | None = key("seismic mass of the absorber", None)
+    gap: Gap | None = key("oil-filled gap around the seismic mass", None)
+    oil: Oil | None = key("oil in the gap", None)
+    stock_springs: StockSprings = key("stock springs to choose from", ())
+    stock_oils: StockOils = key("stock oils to choose from", ())
+    stock_dampers: StockDampers = key("stock dampers to choose from, in translation", ())
+    spring_catalogue: SpringCatalogue | None = key("stock springs as a table or a CSV", None)
+    oil_catalogue: OilCatalogue | None = key("stock oils as a table or a CSV", None)
     friction_damper: FrictionDamper | None = key(
-        "a mass that dry friction drags along, on the primary", None
+        "Lanchester damper on the primary, with dry friction", None
     )
-    pendulum: Pendulum | None = key("pendulums on a rotor", None)
-    shaft_line: ShaftLine | None = key("of an engine or a drive train: what turns and twists", None)
+    pendulum: Pendulum | None = key("centrifugal pendulums on a rotor", None)
+    shaft_line: ShaftLine | None = key("shaft line of an engine or a drive train", None)
 
     RULES = ("vibecalc.kinds:check_kinds",)
 
@@ -137,9 +133,9 @@ class Machine(Table):
 
 
 class Accuracy(Table):
-    """The one setting between speed and accuracy."""
+    """Tolerance of the results."""
 
-    rtol: Number = key("of the largest magnitude of each quantity", 1e-9, ge=1e-14, le=0.1)
+    rtol: Number = key("relative to the largest magnitude of each quantity", 1e-9, ge=1e-14, le=0.1)
 
 
 def _limits(row: Row) -> Iterator[Problem]:
@@ -148,36 +144,36 @@ def _limits(row: Row) -> Iterator[Problem]:
 
 
 class Case(Table):
-    """One scene; a table that is absent is not computed."""
+    """A case; tables that are absent are not computed."""
 
     schema_: Annotated[Literal[1], Whole] = key("version of the case format", alias="schema")
-    title: str = key("one line for reports and plots", min_length=1, max_length=200)
-    source: str = key("where the machine is described", "")
-    document: Document | None = key("title block of the report", None)
+    title: str = key("one line, for reports and plots", min_length=1, max_length=200)
+    source: str = key("origin of the machine data", "")
+    document: Document | None = key("title block of the report to hand in", None)
     machine: Machine = key("the machine and its parts")
     kinematics: Kinematics | None = key("motion of the pistons", None)
     excitation: Excitation | None = key("forces and couples on the body", None)
-    balance: Balance | None = key("weights for the least force and couple", None)
+    balance: Balance | None = key("balance weights that minimise force and couple", None)
     response: Response | None = key("motion of the body, energies, impacts", None)
     isolation: Isolation | None = key("the body on its mounts", None)
-    foundation: Foundation | None = key("what the mounts stand on, if it moves", None)
-    point: Points = key("places on the body where vibration is measured", ())
+    foundation: Foundation | None = key("flexible support below the mounts", None)
+    point: Points = key("measuring points on the body", ())
     vibration_severity: VibrationSeverity | None = key(
-        "band and zones for the vibration at the points", None
+        "band and zones for vibration at the points", None
     )
-    base_motion: BaseMotion | None = key("how what carries the machine moves", None)
+    base_motion: BaseMotion | None = key("motion of the base below the mounts", None)
     bearing_loads: BearingLoads | None = key(
-        "loads on crank pins, wrist pins and main bearings over a cycle", None
+        "loads on crank pins, wrist pins and main bearings", None
     )
     measurement: Measurement | None = key("readings on a rigid plate", None)
-    tuning: Tuning | None = key("the best spring and damper of an absorber", None)
-    damper_design: DamperDesign | None = key("the best damper of an engine", None)
-    optimisation: Optimisation | None = key("a search over keys of this case", None)
-    fit: Fit | None = key("keys of this case that fit what was measured", None)
-    sweep: Sweep | None = key("the same case at many points; `sweep` reads it", None)
-    find: tuple[Find, ...] = key("searches for what brings a wanted result", ())
+    tuning: Tuning | None = key("optimum spring and damper of an absorber", None)
+    damper_design: DamperDesign | None = key("optimum damper of an engine", None)
+    optimisation: Optimisation | None = key("optimise keys of this case", None)
+    fit: Fit | None = key("fit keys of this case to measurements", None)
+    sweep: Sweep | None = key("grid of points, for `vibecalc sweep`", None)
+    find: tuple[Find, ...] = key("find the value of a key that gives a wanted result", ())
     accuracy: Accuracy = key("tolerance of the results", default_factory=Accuracy)
     reference: tuple[Reference, ...] = key("published and measured numbers", ())
     reference_table: tuple[ReferenceTable, ...] = key("published numbers in tables", ())
-    limit: tuple[Limit, ...] = key("bounds that results have to keep", ())
+    limit: tuple[Limit, ...] = key("limits on results", ())
     RULES = (unique("find", "searches"), unique("point", "points"), _limits)

@@ -110,36 +110,36 @@ class Range(Table):
 
 
 class Band(Range):
-    """Frequencies or speeds within which a tuning counts."""
+    """Band of frequencies or speeds over which the absorber is tuned."""
 
-    start: Frequency = key("lowest, '7 Hz', '400 rpm'", 0.0, alias="from", ge=0)
-    stop: Frequency = key("highest", alias="to", gt=0)
+    start: Frequency = key("lower end, '7 Hz' or '400 rpm'", 0.0, alias="from", ge=0)
+    stop: Frequency = key("upper end", alias="to", gt=0)
 
 
 class BandRatios(Range):
     """The same over the primary's own frequency."""
 
-    start: Share = key("lowest", 0.0, alias="from")
-    stop: Positive = key("highest", alias="to")
+    start: Share = key("lower end", 0.0, alias="from")
+    stop: Positive = key("upper end", alias="to")
 
 
 class Frequencies(Band):
     """Frequencies of the excitation."""
 
-    points: Points = key("evenly spread, both ends included", 401)
+    points: Points = key("number of points, evenly spaced, ends included", 401)
 
 
 class FrequencyRatios(BandRatios):
-    """Frequencies over the primary's own."""
+    """Excitation frequencies over the primary's natural frequency."""
 
-    points: Points = key("evenly spread, both ends included", 401)
+    points: Points = key("number of points, evenly spaced, ends included", 401)
 
 
 class Tolerances(Table):
-    """What may be off: each to both sides, in every combination."""
+    """Tolerances, plus and minus, in every combination."""
 
-    natural_frequency: Tolerance = key("of the primary, of all its modes", 0.0)
-    mass: Tolerance = key("of the absorber", 0.0)
+    natural_frequency: Tolerance = key("of the primary, in all its modes", 0.0)
+    mass: Tolerance = key("of the absorber's mass", 0.0)
     stiffness: Tolerance = key("of the absorber's spring", 0.0)
     damping: Tolerance = key("of the absorber's damper", 0.0)
     RULES = (
@@ -155,10 +155,10 @@ class Tolerances(Table):
 class MassRatios(Range):
     """Mass ratios of a chart."""
 
-    start: Positive = key("lowest", alias="from")
-    stop: Positive = key("highest", alias="to")
-    points: FewPoints = key("both ends included", 41)
-    spacing: Literal["linear", "logarithmic"] = key("between them", "linear")
+    start: Positive = key("smallest", alias="from")
+    stop: Positive = key("largest", alias="to")
+    points: FewPoints = key("number of points, ends included", 41)
+    spacing: Literal["linear", "logarithmic"] = key("spacing of the points", "linear")
 
 
 class TemperatureRange(Range):
@@ -166,7 +166,7 @@ class TemperatureRange(Range):
 
     start: Temperature = key("lowest, '20 degC' or in K", alias="from")
     stop: Temperature = key("highest", alias="to")
-    points: FewPoints = key("evenly spread, both ends included", 41)
+    points: FewPoints = key("number of points, evenly spaced, ends included", 41)
 
 
 #: key of [response.absorber.vary] -> words in the name of a curve
@@ -210,30 +210,32 @@ def _driven(row: Row) -> list[Any]:
 
 
 class AbsorberResponse(Table):
-    """Curves over the frequency, peaks, fixed points, poles of primary and secondary."""
+    """Response curves, peaks, fixed points and poles of primary and absorber."""
 
     excitation: AbsorberExcitation | None = key(
-        "what drives the primary; default: that of [tuning], or force", None
+        "excitation of the primary; default: as in [tuning], or force", None
     )
     response: AnyResponse | None = key(
-        "what is read; default: that of [tuning], or displacement", None
+        "response quantity; default: as in [tuning], or displacement", None
     )
     frequency_ratios: FrequencyRatios | None = key(
-        "over the primary's own frequency; default: 0 to 2", None
+        "range over the primary's natural frequency; default: 0 to 2", None
     )
-    frequencies: Frequencies | None = key("instead, of a primary with inertia or mass", None)
-    vary: Vary | None = key("a family of curves", None)
-    limits: bool = key("also the curves with the secondary locked and free", False, strict=True)
-    force: Force | None = key("amplitude, so that motions come in m and forces in N", None, gt=0)
-    torque: Moment | None = key("amplitude, in torsion", None, gt=0)
+    frequencies: Frequencies | None = key(
+        "range in Hz instead, for a primary with inertia or mass", None
+    )
+    vary: Vary | None = key("family of curves", None)
+    limits: bool = key("also curves with the absorber locked and free", False, strict=True)
+    force: Force | None = key("force amplitude, for motions in m and forces in N", None, gt=0)
+    torque: Moment | None = key("torque amplitude, in torsion", None, gt=0)
     unbalance: Unbalance | None = key(
-        "that turns: a force of this times the frequency squared", None, gt=0
+        "rotating unbalance, mass times radius: force amplitude is this times w^2", None, gt=0
     )
     base_displacement: Length | None = key(
-        "amplitude of the ground, the same at all frequencies", None, gt=0
+        "displacement amplitude of the base, the same at all frequencies", None, gt=0
     )
     base_acceleration: Acceleration | None = key(
-        "amplitude of the ground's acceleration, the same at all of them", None, gt=0
+        "acceleration amplitude of the base, the same at all frequencies", None, gt=0
     )
     RULES = (
         at_most_one("frequency_ratios", "frequencies"),
@@ -258,14 +260,14 @@ def _idle(kind: str, held: str, bound: str) -> Rule:
 
 
 class Bounds(Table):
-    """What a tuning has to keep."""
+    """Constraints on a tuning."""
 
-    stiffness_ratio: tuple[Share, Share] | None = key("from and to", None)
+    stiffness_ratio: tuple[Share, Share] | None = key("minimum and maximum", None)
     damping_ratio: tuple[Share, Share] | None = key(
-        "from and to, of the secondary, referred to the primary", None
+        "minimum and maximum, referred to the primary", None
     )
     travel: Positive | None = key(
-        "largest motion of the secondary against the primary, over T0 / K1", None
+        "maximum displacement of the absorber relative to the primary, over T0 / K1", None
     )
     RULES = (
         pair_ordered("stiffness_ratio"),
@@ -276,12 +278,12 @@ class Bounds(Table):
 
 
 class Chart(Table):
-    """Tunings over the mass ratio, for a family of primary dampings."""
+    """Chart of tunings over the mass ratio, for a family of primary dampings."""
 
     primary_damping: tuple[Share, ...] = key(
-        "c1 / (2 sqrt(K1 J1)), one curve for each", min_length=1, max_length=64
+        "c1 / (2 sqrt(K1 J1)), one curve each", min_length=1, max_length=64
     )
-    mass_ratio: MassRatios = key("range of the chart")
+    mass_ratio: MassRatios = key("range of mass ratios")
 
 
 def _banded(row: Row) -> bool:
@@ -432,40 +434,46 @@ BANDED = (
 
 
 class Tuning(Table):
-    """The spring and the damper that make the response of the primary smallest."""
+    """Spring and damper of an absorber that minimise the response of the primary."""
 
     norm: Literal["h_infinity", "h2"] = key(
-        "the largest amplitude over all frequencies, or the mean square", "h_infinity"
+        "what is minimised: maximum amplitude over all frequencies (h_infinity) or mean "
+        "square (h2)",
+        "h_infinity",
     )
-    excitation: AbsorberExcitation = key("what drives the primary", "force")
-    response: TunedResponse = key("of the primary, to be kept small", "displacement")
+    excitation: AbsorberExcitation = key("excitation of the primary", "force")
+    response: TunedResponse = key("response quantity of the primary to minimise", "displacement")
     kind: Literal["free", "viscous", "undamped_spring", "lanchester"] = key(
-        "both found, no spring, no damper, or the damper for an undamped primary", "free"
+        "spring and damper (free), damper alone (viscous), spring alone (undamped_spring), or "
+        "the damper for an undamped primary (lanchester)",
+        "free",
     )
     compare: tuple[TuningMethod, ...] = key(
-        "closed forms and a search to compare it with", (), max_length=8
+        "closed forms and a numerical search to compare with", (), max_length=8
     )
-    bounds: Bounds | None = key(
-        "what has to be kept: the tuning found is the best that keeps it", None
-    )
+    bounds: Bounds | None = key("constraints: the best tuning within them", None)
     mistuning: tuple[Fraction, ...] = key(
-        "errors of spring and damper whose loss is reported, as 0.05 or '5 %'", (), max_length=16
+        "relative errors of spring and damper whose effect is reported, as 0.05 or '5 %'",
+        (),
+        max_length=16,
     )
-    sensitivity: bool = key("also how the optimum moves with the given ratios", False, strict=True)
-    temperatures: TemperatureRange | None = key(
-        "also what the tuning becomes as the oil warms", None
+    sensitivity: bool = key(
+        "also the sensitivity of the optimum to the given ratios", False, strict=True
     )
-    chart: Chart | None = key("also tunings over the mass ratio", None)
-    band: Band | None = key("only the largest amplitude in it counts, of a primary in Hz", None)
-    band_ratios: BandRatios | None = key("the same over the primary's own frequency", None)
+    temperatures: TemperatureRange | None = key("also the tuning over the oil temperature", None)
+    chart: Chart | None = key("also a chart of tunings over the mass ratio", None)
+    band: Band | None = key(
+        "minimise the maximum amplitude in this band; primary with inertia or mass", None
+    )
+    band_ratios: BandRatios | None = key("the same band over the primary's natural frequency", None)
     frequency: Frequency | None = key(
-        "of a machine of constant speed, '1500 rpm': the absorber swings at it, damped "
-        "as little as bounds let it; the band is what the speed may spread over",
+        "constant machine speed, '1500 rpm': the absorber is tuned to it with the least "
+        "damping within bounds; band: expected variation of the speed",
         None,
         gt=0,
     )
     tolerances: Tolerances | None = key(
-        "of the parts: the worst case is made small, within a band", None
+        "tolerances of the parts: the worst case in the band is minimised", None
     )
     RULES = (
         at_most_one("band", "band_ratios"),

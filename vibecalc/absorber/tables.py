@@ -78,23 +78,23 @@ _ONE_MOTION = at_most_one(*map(" ".join, MOTIONS.values()))
 
 
 class Mode(Table):
-    """A mode of a floor, a bridge or a frame on which the absorber is put."""
+    """A mode of a floor, a bridge or a frame that carries the absorber."""
 
     natural_frequency: Frequency = key("without the absorber, '6 Hz'", gt=0)
-    modal_mass: Mass = key("in the scale of its shape", gt=0)
-    damping_ratio: Share = key("of critical", 0.0, lt=1)
-    shape_at_absorber: Ordinate = key("ordinate where the absorber is", 1.0)
-    shape_at_response: Ordinate = key("ordinate where the motion is read", 1.0)
+    modal_mass: Mass = key("in the scaling of the mode shape values", gt=0)
+    damping_ratio: Share = key("fraction of critical damping", 0.0, lt=1)
+    shape_at_absorber: Ordinate = key("mode shape at the absorber", 1.0)
+    shape_at_response: Ordinate = key("mode shape where the response is read", 1.0)
     shape_at_force: Ordinate | None = key(
-        "ordinate where the force acts; default: where the motion is read", None
+        "mode shape where the force acts; default: as shape_at_response", None
     )
     participation: Ordinate | None = key(
-        "sum of mass times shape over modal_mass; a moving ground needs it", None
+        "sum of mass times shape over modal_mass, for base excitation", None
     )
 
 
 class Primary(Table):
-    """What is to be kept still: ratios alone, or a system in torsion, or one in translation.
+    """Primary system: ratios alone, or with inertia (torsion) or mass (translation).
 
     Every ratio is relative to it; without inertia or mass all results are ratios.
     """
@@ -102,23 +102,21 @@ class Primary(Table):
     damping_ratio: Share | None = key("c1 / (2 sqrt(K1 J1)); default: 0, undamped", None)
     inertia: Inertia | None = key("J1, in torsion", None, gt=0)
     stiffness: AngularStiffness | None = key(
-        "K1 to the ground, in torsion; or [machine.rod] gives it", None, gt=0
+        "K1 to ground, in torsion; or from [machine.rod]", None, gt=0
     )
     damping: AngularDamping | None = key(
-        "c1 to the ground, in torsion, instead of damping_ratio", None, ge=0
+        "c1 to ground, in torsion, instead of damping_ratio", None, ge=0
     )
     mass: Mass | None = key("in translation, instead of inertia", None, gt=0)
     linear_stiffness: LinearStiffness | None = key(
-        "to the ground, in translation, instead of stiffness", None, gt=0
+        "to ground, in translation, instead of stiffness", None, gt=0
     )
     linear_damping: LinearDamping | None = key(
-        "to the ground, in translation, instead of damping", None, ge=0
+        "to ground, in translation, instead of damping", None, ge=0
     )
-    natural_frequency: Frequency | None = key(
-        "of inertia or mass on its spring, '8 Hz', instead of stiffness", None, gt=0
-    )
+    natural_frequency: Frequency | None = key("instead of stiffness, '8 Hz'", None, gt=0)
     modes: tuple[Mode, ...] = key(
-        "several modes by modal masses, instead of all other keys", (), max_length=20
+        "several modes with modal masses, instead of all other keys", (), max_length=20
     )
     RULES = (
         at_most_one(
@@ -141,18 +139,16 @@ class Primary(Table):
 
 
 class Secondary(Table):
-    """The absorber: its mass, and spring and damper unless [tuning] finds them."""
+    """The absorber: mass, with spring and damper unless [tuning] finds them."""
 
-    mass_ratio: Positive | None = key(
-        "J2 / J1, or the ratio of masses, instead of inertia or mass", None
-    )
+    mass_ratio: Positive | None = key("J2 / J1 or m2 / m1, instead of inertia or mass", None)
     inertia: Inertia | None = key("J2, in torsion", None, gt=0)
     mass: Mass | None = key("in translation", None, gt=0)
     stiffness_ratio: Share | None = key(
-        "K2 / K1, instead of stiffness; 0: no spring, a pure viscous damper", None
+        "K2 / K1, instead of stiffness; 0: viscous damper without a spring", None
     )
-    stiffness: AngularStiffness | None = key("K2 to what carries it, in torsion", None, ge=0)
-    linear_stiffness: LinearStiffness | None = key("to what carries it, in translation", None, ge=0)
+    stiffness: AngularStiffness | None = key("K2 to its carrier, in torsion", None, ge=0)
+    linear_stiffness: LinearStiffness | None = key("to its carrier, in translation", None, ge=0)
     damping_ratio: Share | None = key(
         "c2 / (2 sqrt(K1 J1)): referred to the primary, not to its own frequency", None
     )
@@ -176,12 +172,12 @@ class Secondary(Table):
 
 
 class NamedSecondary(Secondary):
-    """One of several absorbers, next to each other or one on another."""
+    """One of several absorbers, side by side or one on another."""
 
     name: Name = key("label used in `on`, in tables and in `where`")
-    on: Name = key("what carries it: the primary, or another one by name", "primary")
+    on: Name = key("its carrier: the primary, or another absorber by name", "primary")
     mode_shapes: tuple[Ordinate, ...] = key(
-        "ordinate of each of primary.modes where it is; default: shape_at_absorber",
+        "each of primary.modes at this absorber; default: shape_at_absorber",
         (),
         max_length=20,
     )
@@ -209,18 +205,18 @@ class NamedSecondary(Secondary):
 
 
 class FrictionDamper(Table):
-    """A mass that dry friction drags along: Lanchester's damper, instead of an absorber."""
+    """Lanchester damper: a mass coupled by dry friction, instead of an absorber."""
 
-    mass_ratio: Positive | None = key("J2 / J1, or the ratio of masses, or inertia or mass", None)
+    mass_ratio: Positive | None = key("J2 / J1 or m2 / m1; or inertia or mass", None)
     inertia: Inertia | None = key("J2, in torsion", None, gt=0)
     mass: Mass | None = key("in translation", None, gt=0)
     friction_ratio: Positive | None = key(
-        "friction over the amplitude of the force on the primary; default: the best", None
+        "friction over the force amplitude on the primary; default: optimum", None
     )
-    friction_torque: Moment | None = key("at which it slips, instead, in torsion", None, gt=0)
-    friction_force: Force | None = key("at which it slips, in translation", None, gt=0)
-    torque: Moment | None = key("amplitude that acts on the primary, in torsion", None, gt=0)
-    force: Force | None = key("amplitude that acts on the primary, in translation", None, gt=0)
+    friction_torque: Moment | None = key("slip torque instead, in torsion", None, gt=0)
+    friction_force: Force | None = key("slip force instead, in translation", None, gt=0)
+    torque: Moment | None = key("torque amplitude on the primary, in torsion", None, gt=0)
+    force: Force | None = key("force amplitude on the primary, in translation", None, gt=0)
     RULES = (
         one_of(*WAYS["mass"]),
         at_most_one("friction_ratio", "friction_torque", "friction_force"),
@@ -244,18 +240,18 @@ STATED = (ICE + 40.0, ICE + 100.0)
 
 
 class Rod(Table):
-    """The round rod that is the primary's spring; with its supports, how it bends."""
+    """Round rod that is the primary's spring; with its supports, its bending."""
 
-    diameter: Length = key("outer one", gt=0)
+    diameter: Length = key("outer diameter", gt=0)
     bore: Length = key("inner diameter of a tube", 0.0, ge=0)
-    length: Length | None = key("that is twisted", None, gt=0)
-    shear_modulus: Modulus | None = key("with length it gives the primary's stiffness", None)
+    length: Length | None = key("twisted length", None, gt=0)
+    shear_modulus: Modulus | None = key("gives the primary's stiffness, with length", None)
     total_length: Length | None = key(
         "from the first support to the free end, for bending", None, gt=0
     )
-    span: Length | None = key("between the two supports, for bending", None, gt=0)
+    span: Length | None = key("distance of the two supports, for bending", None, gt=0)
     elastic_modulus: Modulus | None = key("for bending", None)
-    mass: Mass | None = key("of the total length, for bending", None, gt=0)
+    mass: Mass | None = key("of total_length, for bending", None, gt=0)
     density: Density | None = key("instead of mass", None)
     RULES = (
         needs("length", "shear_modulus", "they give its stiffness together"),
@@ -277,18 +273,18 @@ def _is_no_body(row: Row) -> bool:
 
 
 class Flywheel(Table):
-    """The body on the free end of the rod, for its bending."""
+    """Body on the free end of the rod, for bending."""
 
-    mass: Mass = key("of all that is fixed there", gt=0)
+    mass: Mass = key("total mass at the rod's end", gt=0)
     diametral_inertia: Inertia = key(
-        "about a line across the rod, through the mass centre", 0.0, ge=0
+        "about an axis across the rod, through the mass centre", 0.0, ge=0
     )
-    polar_inertia: Inertia = key("about the rod, for spin", 0.0, ge=0)
-    offset: Length = key(
-        "of the mass centre beyond the end of the rod; negative: back over it", 0.0
+    polar_inertia: Inertia = key("about the rod, for gyroscopic effects", 0.0, ge=0)
+    offset: Length = key("mass centre beyond the rod's end; negative: before it", 0.0)
+    spin: AngularSpeed = key(
+        "speed of a rotating shaft; 0 for a rod that only oscillates", 0.0, ge=0
     )
-    spin: AngularSpeed = key("of a shaft that turns; 0 for a rod that only oscillates", 0.0, ge=0)
-    modes: int = key("bending modes to compute", 2, strict=True, ge=1, le=6)
+    modes: int = key("number of bending modes", 2, strict=True, ge=1, le=6)
     RULES = (
         refuse(
             "polar_inertia",
@@ -312,18 +308,20 @@ class Springs(Table):
     they are the places of springs whose rate [tuning] finds.
     """
 
-    count: Count = key("springs that act together")
-    radius: Length | None = key("from the axis to the hook on the mass, in torsion", None, gt=0)
-    angle: Angle = key("of each line against the tangent, or the motion", 0.0, gt=-1.5, lt=1.5)
-    rate: LinearStiffness | None = key("of each, or from the wire", None, gt=0)
-    wire_diameter: Length | None = key("instead of rate", None, gt=0)
-    coil_diameter: Length | None = key("mean one, from centre to centre of the wire", None, gt=0)
-    turns: Positive | None = key("active ones", None)
-    shear_modulus: Modulus | None = key("of the wire", None)
-    initial_tension: Force = key("with which the coils are wound", 0.0, ge=0)
-    allowed_stress: Stress | None = key(
-        "in shear: it bounds the extension of the wire's spring", None, gt=0
+    count: Count = key("number of springs in parallel")
+    radius: Length | None = key(
+        "from the axis to the attachment on the mass, in torsion", None, gt=0
     )
+    angle: Angle = key(
+        "between spring axis and tangent, or direction of motion", 0.0, gt=-1.5, lt=1.5
+    )
+    rate: LinearStiffness | None = key("of each spring; or from the wire", None, gt=0)
+    wire_diameter: Length | None = key("instead of rate", None, gt=0)
+    coil_diameter: Length | None = key("mean coil diameter", None, gt=0)
+    turns: Positive | None = key("number of active coils", None)
+    shear_modulus: Modulus | None = key("of the wire", None)
+    initial_tension: Force = key("built-in tension of close-wound coils", 0.0, ge=0)
+    allowed_stress: Stress | None = key("allowable shear stress; limits the extension", None, gt=0)
     RULES = (
         at_most_one("rate", " ".join(WIRE)),
         *(
@@ -342,11 +340,11 @@ class Springs(Table):
 
 
 class Ring(Table):
-    """The seismic mass as a ring of rectangular section: it gives the secondary's inertia."""
+    """Seismic mass as a ring of rectangular section, which gives the absorber's inertia."""
 
-    outer_radius: Length = key("of the ring", gt=0)
+    outer_radius: Length = key("outer radius", gt=0)
     inner_radius: Length = key("0: a disc", 0.0, ge=0)
-    width: Length = key("along the axis", gt=0)
+    width: Length = key("axial width", gt=0)
     density: Density = key("of its material")
     RULES = (below("inner_radius", "outer_radius", _NOT_BELOW),)
 
@@ -356,18 +354,18 @@ OILS = frozenset({"oil", "stock_oils", "oil_catalogue"})
 
 
 class Gap(Table):
-    """The gaps full of oil around the seismic mass: its damping for a viscosity."""
+    """Oil-filled gaps around the seismic mass: damping for a viscosity."""
 
     outer_radius: Length = key("of the mass", gt=0)
     inner_radius: Length = key("0: a disc without a bore", 0.0, ge=0)
-    width: Length = key("of the mass at its rim, along the axis", gt=0)
+    width: Length = key("axial width of the mass at its rim", gt=0)
     clearance: Length | None = key(
         "at rim and sides; default: 0.010 in (1 + sqrt(2 outer_radius / 10 in))", None, gt=0
     )
-    side_clearance: Length | None = key("where the sides have their own", None, gt=0)
-    bore_clearance: Length | None = key("of a film in the bore; default: there is none", None, gt=0)
+    side_clearance: Length | None = key("at the sides, if different", None, gt=0)
+    bore_clearance: Length | None = key("of an oil film in the bore; default: no film", None, gt=0)
     temperature: Temperature | None = key(
-        "of the oil while it runs, '60 degC' or in K; oils need it", None
+        "operating temperature of the oil, '60 degC' or in K; needed with oils", None
     )
     RULES = (
         below("inner_radius", "outer_radius", _NOT_BELOW),
@@ -409,46 +407,46 @@ def _thickens(row: Row) -> bool:
 
 
 class Oil(Table):
-    """A liquid by two points of its viscosity line (ASTM D341) and its density."""
+    """Oil by two kinematic viscosities (ASTM D341) and its density."""
 
     viscosities: Viscosities = key("kinematic, at the two temperatures, '86 cSt' or in m^2/s")
     temperatures: Temperatures = key(
-        "'40 degC' and '100 degC' if not said, otherwise so or in K", STATED
+        "of the viscosities; default: '40 degC' and '100 degC'", STATED
     )
     density: LiquidDensity = key("at 15 degC")
     expansion: Expansion | None = key(
-        "change of volume; default: that of mineral oils, from the density", None
+        "coefficient of volumetric expansion; default: mineral oil of this density", None
     )
     RULES = (refuse("viscosities", _NO_OIL, _thickens, _THINNER, found="{viscosities}"),)
 
 
 class StockSpring(Table):
-    """A spring that can be bought."""
+    """A stock spring."""
 
     name: Name = key("label in tables and `where`")
     rate: LinearStiffness = key("of one spring", gt=0)
     parallel: Several | None = key(
-        "every number up to it is tried; default: springs.count of them", None
+        "maximum number in parallel, every number is tried; default: springs.count", None
     )
     series: Annotated[int, Field(strict=True, ge=1, le=10)] | None = key(
-        "up to so many behind each other in each line; default: 1", None
+        "maximum number in series in each line; default: 1", None
     )
     RULES = (needs("series", "parallel", "springs.count says how many act together, each alone"),)
 
 
 class StockOil(Oil):
-    """An oil that can be bought."""
+    """A stock oil."""
 
     name: Name = key("label in tables and `where`")
 
 
 class StockDamper(Table):
-    """A damper that can be bought, for an absorber that moves in a line."""
+    """A stock damper, for an absorber in translation."""
 
     name: Name = key("label in tables and `where`")
     linear_damping: LinearDamping = key("of one damper", gt=0)
-    count: Count = key("dampers that act together", 1)
-    parallel: Several = key("every number of such sets up to it is tried", 1)
+    count: Count = key("dampers that act together, as a set", 1)
+    parallel: Several = key("maximum number of sets, every number is tried", 1)
 
 
 PartNumbers = Annotated[tuple[PartNumber, ...], Field(min_length=1, max_length=2000)]
@@ -458,9 +456,9 @@ Densities = Annotated[tuple[LiquidDensity, ...], Field(min_length=1, max_length=
 
 
 class SpringCatalogue(Table):
-    """Springs that can be bought, one in each row."""
+    """Stock springs, one per row."""
 
-    part: PartNumbers = key("its number")
+    part: PartNumbers = key("part number")
     rate: Rates = key("of one spring")
     RULES = (same_length("part", "rate"),)
 
@@ -475,9 +473,9 @@ def _thins(row: Row) -> Iterator[Problem]:
 
 
 class OilCatalogue(Table):
-    """Oils that can be bought, one in each row."""
+    """Stock oils, one per row."""
 
-    part: PartNumbers = key("its number or grade")
+    part: PartNumbers = key("part number or grade")
     viscosity_40: ManyViscosities = key("at 40 degC")
     viscosity_100: ManyViscosities = key("at 100 degC")
     density: Densities = key("at 15 degC")
@@ -494,47 +492,55 @@ StockOils = Annotated[tuple[StockOil, ...], Field(max_length=200)]
 
 
 class Swings(Table):
-    """Angles of swing up to which the order is followed."""
+    """Swing angles over which the order is computed."""
 
     to: Angle = key("largest angle by which the tangent turns", gt=0)
-    points: int = key("from zero on", 41, strict=True, ge=2, le=2000)
+    points: int = key("number of points, from zero", 41, strict=True, ge=2, le=2000)
 
 
 class Rollers(Table):
-    """Two equal rollers in equal cutouts that carry the mass: a bifilar mount."""
+    """Two equal rollers in equal cut-outs that carry the mass: a bifilar pendulum."""
 
     mass: Mass = key("of all rollers of one pendulum", gt=0)
-    distance: Length = key("mean, from the axis to their centres across the vertex", gt=0)
+    distance: Length = key("mean distance of the roller centres from the axis, at the vertex", gt=0)
     diameter: Length = key("of a roller", gt=0)
-    inertia: Inertia | None = key("of all about their own axes; default: solid ones", None, ge=0)
+    inertia: Inertia | None = key(
+        "of all rollers about their own axes; default: solid rollers", None, ge=0
+    )
 
 
 class Pendulum(Table):
-    """Equal pendulums on a rotor that follow one order of its speed."""
+    """Equal centrifugal pendulums on a rotor, tuned to one order of its speed."""
 
-    order: Positive = key("of the excitation that they have to follow")
+    order: Positive = key("excitation order to absorb")
     mass: Mass = key("of one pendulum, without its rollers", gt=0)
-    count: Count = key("pendulums that swing together", 1)
+    count: Count = key("number of equal pendulums", 1)
     vertex_distance: Length | None = key("from the axis to the mass centre at rest", None, gt=0)
-    arm_radius: Length | None = key("from the axis to the centre of the path, instead", None, gt=0)
+    arm_radius: Length | None = key(
+        "from the axis to the centre of the path, instead of vertex_distance", None, gt=0
+    )
     path: Literal["circular", "cycloidal", "epicycloidal"] = key(
-        "of the mass centre; an epicycloid keeps its order", "circular"
+        "path of the mass centre; an epicycloid keeps its order at any amplitude", "circular"
     )
     path_radius: Length | None = key(
-        "of curvature at the vertex; default: as the order wants it", None, gt=0
+        "radius of curvature at the vertex; default: from the order", None, gt=0
     )
     swing_inertia: Inertia = key(
-        "of one mass about its centre, where it turns with an arm", 0.0, ge=0
+        "of one pendulum about its mass centre, if it rotates with an arm", 0.0, ge=0
     )
-    rollers: Rollers | None = key("of one pendulum; default: a point on an arm", None)
-    damping_ratio: Share = key("of small swings, on their own frequency; at 1 it creeps", 0.0, lt=1)
-    rotor_inertia: Inertia = key("of all that turns, without pendulums", gt=0)
+    rollers: Rollers | None = key("of one pendulum; default: mass on an arm", None)
+    damping_ratio: Share = key(
+        "of small swings, fraction of critical; 1: no oscillation", 0.0, lt=1
+    )
+    rotor_inertia: Inertia = key("of the rotor, without pendulums", gt=0)
     rotor_stiffness: AngularStiffness = key(
-        "that holds the rotor against its mean turning; 0: none", 0.0, ge=0
+        "of the rotor against its steady rotation; 0: free", 0.0, ge=0
     )
     speed: AngularSpeed = key("mean speed of the rotor", gt=0)
-    torque: Moment | None = key("amplitude of the exciting torque: how far it swings", None, gt=0)
-    swings: Swings | None = key("detuning with the angle of swing", None)
+    torque: Moment | None = key(
+        "amplitude of the exciting torque, for the swing amplitude", None, gt=0
+    )
+    swings: Swings | None = key("detuning over the swing angle", None)
     RULES = (
         one_of("vertex_distance", "arm_radius"),
         refuse(

@@ -22,20 +22,16 @@ Between = Annotated[tuple[Length, ...], Field(min_length=2, max_length=2)]
 
 
 class Weight(Table):
-    """A weight that is sought: on the crankshaft or on a balance shaft."""
+    """A weight to be found, on the crankshaft or on a balance shaft."""
 
     name: Name | None = key("label; default: its number", None)
     position: Length | None = key("along the crankshaft, from the train's origin; or between", None)
-    between: Between | None = key(
-        "its position is free from the first to the second of these", None
-    )
-    phase: Angle | None = key("angle at which it stands, or opposite to it; default: free", None)
+    between: Between | None = key("free position, from the first to the second of these", None)
+    phase: Angle | None = key("fixed angle of the weight, or of its opposite; default: free", None)
     largest_unbalance: Unbalance | None = key(
-        "mass times radius that there is room for; default: no bound", None, gt=0
+        "maximum mass times radius; default: no limit", None, gt=0
     )
-    radius: Length | None = key(
-        "of its mass centre from the axis of the shaft, for its mass", None, gt=0
-    )
+    radius: Length | None = key("radius of its mass centre, to report its mass", None, gt=0)
     RULES: ClassVar[tuple[Any, ...]] = (
         one_of("position", "between"),
         pair_ordered("between", equal=False),
@@ -46,7 +42,7 @@ class CrankWeight(Weight):
     """A weight on the crankshaft."""
 
     name: Name = key("label")
-    throw: Name | None = key("it stands at the throw of this cylinder, instead of a position", None)
+    throw: Name | None = key("at the throw of this cylinder, instead of position", None)
     RULES = (
         one_of("position", "between", "throw"),
         pair_ordered("between", equal=False),
@@ -55,7 +51,7 @@ class CrankWeight(Weight):
 
 
 class Shaft(Table):
-    """A balance shaft: one part with one weight, or with two that may differ."""
+    """A balance shaft with one weight, or with two that may differ."""
 
     name: Name = key("label")
     speed_ratio: Annotated[Literal[-2, -1, 1, 2], Whole] = key(
@@ -69,20 +65,18 @@ class Shaft(Table):
 
 
 class Balance(Table):
-    """Weights sought for the least force and couple that they leave on the body."""
+    """Balance weights that minimise the residual force and couple on the body."""
 
     orders: tuple[Order, ...] | None = key(
-        "orders that count; default: those at which the weights turn",
+        "orders to balance; default: those at which the weights rotate",
         None,
         min_length=1,
         max_length=2,
     )
     force_weight: Number = key("weight of the forces", 1.0, ge=0)
     couple_weight: Number = key("weight of the couples across the crankshaft", 1.0, ge=0)
-    roll_weight: Number = key(
-        "weight of the couple about the crankshaft, which torques join", 0.0, ge=0
-    )
-    reference_length: Length = key("couples are divided by it", gt=0)
+    roll_weight: Number = key("weight of the couple about the crankshaft, with torques", 0.0, ge=0)
+    reference_length: Length = key("length by which couples are divided", gt=0)
     counterweights: tuple[CrankWeight, ...] = key("weights on the crankshaft", (), max_length=64)
     shafts: tuple[Shaft, ...] = key("balance shafts", (), max_length=16)
     RULES = (

@@ -43,23 +43,25 @@ _ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 
 
 class BaseHarmonic(Table):
-    """One harmonic of the motion of the base, 0 to peak: what it gives along and about the axes."""
+    """One harmonic of the base motion along and about the axes, 0 to peak."""
 
     name: Name = key("label in tables and `where`")
     frequency: Frequency | None = key("as '8 Hz'", None, gt=0)
     order: Number | None = key("multiple of machine.speed instead", None, gt=0)
-    displacement: Point | None = key("of the point of the base along x, y, z", None)
-    velocity: tuple[Velocity, Velocity, Velocity] | None = key("instead of it", None)
+    displacement: Point | None = key("of the base point along x, y, z", None)
+    velocity: tuple[Velocity, Velocity, Velocity] | None = key("instead of displacement", None)
     acceleration: tuple[Acceleration, Acceleration, Acceleration] | None = key(
-        "instead of these", None
+        "instead of displacement or velocity", None
     )
-    phase: Angles = key("by which each of the three leads", (0.0, 0.0, 0.0))
+    phase: Angles = key("phase lead of each component", (0.0, 0.0, 0.0))
     angle: Angles | None = key("rotation of the base about x, y, z", None)
     angular_velocity: tuple[AngularSpeed, AngularSpeed, AngularSpeed] | None = key(
-        "instead of it", None
+        "instead of angle", None
     )
-    angular_acceleration: AngularAccelerations | None = key("instead of these", None)
-    angular_phase: Angles = key("by which each of the three leads", (0.0, 0.0, 0.0))
+    angular_acceleration: AngularAccelerations | None = key(
+        "instead of angle or angular velocity", None
+    )
+    angular_phase: Angles = key("phase lead of each component", (0.0, 0.0, 0.0))
     RULES = (
         one_of("frequency", "order"),
         at_most_one(*_LINEAR),
@@ -104,15 +106,13 @@ class AngularDensities(_Densities):
 
 
 class BaseSpectrum(Table):
-    """A random motion of the base in one direction, without regard to the others."""
+    """Random base motion in one direction, uncorrelated with the others."""
 
-    direction: Literal["x", "y", "z", "rx", "ry", "rz"] = key(
-        "along, or for a rotation about, an axis"
-    )
+    direction: Literal["x", "y", "z", "rx", "ry", "rz"] = key("along an axis, or about it")
     acceleration: AccelerationDensities | None = key(
         "density over frequency; also the name of a CSV file", None
     )
-    velocity: VelocityDensities | None = key("instead of it", None)
+    velocity: VelocityDensities | None = key("instead of acceleration", None)
     angular_acceleration: AngularDensities | None = key(
         "of a rotation; also the name of a CSV file", None
     )
@@ -129,19 +129,19 @@ class BaseSpectrum(Table):
 
 
 class BaseMotion(Table):
-    """How what the mounts stand on moves, as a rigid body: harmonics, spectra, or both."""
+    """Rigid-body motion of the base below the mounts: harmonics, spectra, or both."""
 
     point: Point = key(
-        "of the base, whose motion is said, from the body's reference point", (0.0, 0.0, 0.0)
+        "point of the base whose motion is given, from the body's reference point", (0.0, 0.0, 0.0)
     )
-    harmonics: tuple[BaseHarmonic, ...] = key("one by one", (), max_length=200)
+    harmonics: tuple[BaseHarmonic, ...] = key("one entry per harmonic", (), max_length=200)
     spectra: tuple[BaseSpectrum, ...] = key(
-        "one for each direction that moves at random", (), max_length=6
+        "one entry per direction of random motion", (), max_length=6
     )
     interpolation: Literal["logarithmic", "linear"] = key(
-        "of densities between two frequencies: straight in which scales", "logarithmic"
+        "of densities between two frequencies: straight on these scales", "logarithmic"
     )
-    peak_factor: Number = key("peak over r.m.s. of what moves at random", 3.0, ge=1, le=10)
+    peak_factor: Number = key("peak over r.m.s. of random motion", 3.0, ge=1, le=10)
     RULES = (
         wants("machine.body"),
         wants("machine.mounts"),

@@ -13,25 +13,25 @@ class BearingSize(Table):
     """Size of a bearing, for its mean specific pressure."""
 
     diameter: Length = key("of the journal", gt=0)
-    length: Length = key("that carries", gt=0)
+    length: Length = key("bearing length", gt=0)
 
 
 class MainBearing(Table):
     """A main bearing of the crankshaft."""
 
     name: Name = key("label in tables and `where`")
-    position: Length = key("of its middle along the crankshaft, as of the cylinders")
+    position: Length = key("of its centre along the crankshaft, as for the cylinders")
     diameter: Length | None = key("of the journal", None, gt=0)
     length: Length | None = key("that carries", None, gt=0)
     RULES = (needs("diameter", "length"), needs("length", "diameter"))
 
 
 class ShaftLoad(Table):
-    """What loads the crankshaft at rest as it does in motion: a weight, the pull of a belt."""
+    """Constant load on the crankshaft, such as a weight or a belt pull."""
 
     name: Name = key("label")
-    position: Length = key("along the crankshaft, as of the cylinders")
-    mass: Mass | None = key("of a flywheel, a pulley: its weight", None, gt=0)
+    position: Length = key("along the crankshaft, as for the cylinders")
+    mass: Mass | None = key("of a flywheel or pulley, for its weight", None, gt=0)
     force: tuple[Force, Force, Force] | None = key(
         "on the crankshaft along x, y, z, none along the shaft", None
     )
@@ -39,10 +39,12 @@ class ShaftLoad(Table):
 
 
 class BearingSpeeds(RunUp):
-    """Crank speeds at which the highest loads of a cycle are wanted."""
+    """Crank speeds for the maximum loads of a cycle."""
 
     start: AngularSpeed = key("lowest speed", alias="from", gt=0)
-    points: int = key("evenly spaced, both ends included", 41, strict=True, ge=2, le=401)
+    points: int = key(
+        "number of points, evenly spaced, ends included", 41, strict=True, ge=2, le=401
+    )
     RULES = (ordered("from", "to", "speeds go from a lower one to a higher one"),)
 
 
@@ -64,26 +66,25 @@ class BearingLoads(Table):
     """Loads on the bearings of the crank train over a cycle, at the operating speed."""
 
     main_bearings: tuple[MainBearing, ...] = key(
-        "of the crankshaft, each with its place", min_length=2, max_length=65
+        "main bearings with their positions", min_length=2, max_length=65
     )
-    crank_pin: BearingSize | None = key("of each rod's big end", None)
-    wrist_pin: BearingSize | None = key("of each rod's small end", None)
+    crank_pin: BearingSize | None = key("size of the big-end bearings", None)
+    wrist_pin: BearingSize | None = key("size of the small-end bearings", None)
     shaft_loads: tuple[ShaftLoad, ...] = key(
         "constant loads on the crankshaft, such as the weight of the flywheel", (), max_length=64
     )
     up: Literal["x", "-x", "y", "-y", "z", "-z"] | None = key(
-        "direction against which weights act; default: as in [isolation], or without "
-        "it that of the stroke",
+        "vertical direction, upwards; default: as in [isolation], otherwise the stroke",
         None,
     )
     crank_angles: int = key(
-        "at which the forces over a cycle are written, both ends included",
+        "number of crank angles of the loads over a cycle, ends included",
         361,
         strict=True,
         ge=73,
         le=7201,
     )
-    speeds: BearingSpeeds | None = key("highest loads over a range of speeds as well", None)
+    speeds: BearingSpeeds | None = key("also maximum loads over a speed range", None)
     RULES = (
         unique("main_bearings"),
         unique("shaft_loads"),

@@ -22,26 +22,27 @@ class Balance(Table):
 
 
 class Residual(Table):
-    """One number for what is left unbalanced, for comparing and optimising crank trains."""
+    """Residual unbalance as one number, to compare and optimise crank trains."""
 
     force_weight: Number = key("weight of the forces", 1.0, ge=0)
     couple_weight: Number = key("weight of the couples", 1.0, ge=0)
-    reference_length: Length = key("couples are divided by it", gt=0)
+    reference_length: Length = key("length by which couples are divided", gt=0)
 
 
 class Excitation(Table):
     """Forces and couples of the crank train on the body."""
 
-    orders: Order | None = key("highest order kept; without it the tolerance decides", None)
-    working: Names | None = key("names of the cylinders that work; default: all", None)
-    idle: Idle = key("the others: stopped, or moving without gas force (unloaded)", "stopped")
+    orders: Order | None = key("highest order; default: as the tolerance needs", None)
+    working: Names | None = key("names of the working cylinders; default: all", None)
+    idle: Idle = key(
+        "the other cylinders: stopped, or moving without gas force (unloaded)", "stopped"
+    )
     balanced_for: Throws | None = key(
-        "throws whose rotating mass is cancelled by weights in their own plane", None
+        "cylinders whose rotating mass is balanced by weights in the plane of the throw", None
     )
     driven_machine: Literal["on_body", "separate", "cancels_torque"] = key(
-        "on_body: its stator gives the body the mean torque back, what alternates acts "
-        "on the body; separate: the mean acts, too; cancels_torque: none of it acts, as if the "
-        "stator followed every pulsation",
+        "on_body: its stator returns the mean torque to the body, alternating torque acts; "
+        "separate: the mean torque acts too; cancels_torque: no torque acts",
         "on_body",
     )
     balance: Balance | None = key("print the balance table", None)

@@ -48,13 +48,13 @@ class DynamicStiffness(_OverFrequency):
     """Force over displacement, complex, over frequency."""
 
     real: _Stiffnesses = key("in phase with the displacement; negative above a mode")
-    imaginary: _Stiffnesses = key("in phase with the velocity: what takes energy")
+    imaginary: _Stiffnesses = key("in phase with the velocity (dissipative)")
 
 
 class Impedance(_OverFrequency):
     """Force over velocity, complex, over frequency."""
 
-    real: _Dampings = key("in phase with the velocity: what takes energy")
+    real: _Dampings = key("in phase with the velocity (dissipative)")
     imaginary: _Dampings = key("positive like a mass, negative like a spring")
 
 
@@ -79,16 +79,16 @@ CURVES = (*_LINEAR, *_ANGULAR)
 
 
 class Flexibility(Table):
-    """Flexibility of the foundation in one direction; in directions without one it is rigid."""
+    """Flexibility of the foundation in one direction; it is rigid in all others."""
 
     at: Literal["mounts", "whole"] = key(
-        "under each mount by itself, or of the foundation as one stiff plate", "mounts"
+        "at each mount separately, or of the foundation as one rigid plate", "mounts"
     )
     mounts: tuple[Name, ...] | None = key(
-        "which mounts; all if not said", None, min_length=1, max_length=256
+        "names of mounts; default: all", None, min_length=1, max_length=256
     )
     direction: Literal["x", "y", "z", "rx", "ry", "rz"] = key(
-        "along, or of a plate also about, an axis"
+        "along an axis, or about it for a plate"
     )
     dynamic_stiffness: DynamicStiffness | None = key(
         "force over displacement; also the name of a CSV file", None
@@ -136,22 +136,24 @@ def _kind(row: Row) -> Any:
 
 
 class Foundation(Table):
-    """What the mounts stand on: a mass that moves up and down, a rigid body, or impedances."""
+    """Flexible support below the mounts: a mass, a rigid body, or impedances."""
 
     kind: Literal["mass", "body", "impedance"] | None = key(
-        "one mass on a spring, six freedoms on springs, or tables over frequency", None
+        "one mass on a spring, a rigid body (6 dof) on springs, or tables over frequency", None
     )
-    mass: Mass | None = key("of the part of the floor, deck or block that moves", None, gt=0)
-    stiffness: Stiffness | None = key("of what carries that mass, up and down", None, gt=0)
+    mass: Mass | None = key("of the moving part of the floor, deck or block", None, gt=0)
+    stiffness: Stiffness | None = key("vertical, below that mass", None, gt=0)
     damping: Damping = key("viscous, parallel to the stiffness", 0.0, ge=0)
     loss_factor: Number = key("of the stiffness", 0.0, ge=0, le=1)
     position: Point | None = key(
-        "of the foundation's reference point, from that of the machine", None
+        "reference point of the foundation, from that of the machine", None
     )
-    body: Body | None = key("a rigid body: its mass and inertia", None)
-    springs: Mounts | None = key("between it and the ground, from its own reference point", None)
+    body: Body | None = key("mass and inertia of the rigid body", None)
+    springs: Mounts | None = key(
+        "between foundation and ground, from its own reference point", None
+    )
     flexibilities: tuple[Flexibility, ...] | None = key(
-        "its flexibilities, direction by direction", None, min_length=1, max_length=300
+        "one entry per direction", None, min_length=1, max_length=300
     )
     RULES = (
         by_kind(

@@ -19,21 +19,22 @@ _WITHOUT = "leave [isolation] out for forces and balance only"
 
 
 class Isolation(Table):
-    """The body on its mounts: what reaches the ground."""
+    """The body on its mounts: motion, mount forces, transmitted forces."""
 
     model: Literal["pitch", "rigid_body", "planar"] = key(
-        "pitch across the crankshaft, six freedoms, or three in the plane of the crank"
+        "pitch across the crankshaft, 6 dof (rigid_body), or 3 dof in the plane of the crank "
+        "(planar)"
     )
-    up: Literal["x", "y", "z"] = key("gravity acts against this direction", "z")
-    gravity: Acceleration = key("acceleration of free fall", FREE_FALL, ge=0)
-    lever: Length | None = key("arm of `couple_over_lever`; default: of mounts", None, gt=0)
+    up: Literal["x", "y", "z"] = key("vertical direction, upwards (against gravity)", "z")
+    gravity: Acceleration = key("acceleration of gravity", FREE_FALL, ge=0)
+    lever: Length | None = key("arm of `couple_over_lever`; default: from the mounts", None, gt=0)
     loads: Loads = key(LOADS, ("shaking", "torque"), min_length=1)
-    run_up: RunUp | None = key("also pass a range of speeds", None)
+    run_up: RunUp | None = key("also a slow run-up over a speed range", None)
     run_up_maxima: Number | None = key(
-        "local maxima of the run-up from this share of the highest on", None, gt=0, le=1
+        "local maxima of the run-up above this share of the highest are reported", None, gt=0, le=1
     )
     efficiency: bool | None = key(
-        "what mounts keep from the ground, by order and frequency", None, strict=True
+        "also isolation efficiency by order and frequency", None, strict=True
     )
     RULES = (
         needs("run_up_maxima", "run_up", allowed='run_up = { from = 0, to = "..." } with it'),

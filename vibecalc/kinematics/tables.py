@@ -12,12 +12,12 @@ from vibecalc.core.case.rules import by_kind
 
 
 class Kinematics(Table):
-    """Motion of the pistons; present, it also puts the motion over one turn into the result."""
+    """Piston motion over one revolution."""
 
     series: Literal["exact", "truncated"] = key(
-        "exact motion, or the binomial series in (R/L)^2 cut after `terms`", "exact"
+        "exact motion, or the binomial series in (R/L)^2 truncated after `terms`", "exact"
     )
     terms: Annotated[int, Field(strict=True, ge=1, le=400)] | None = key(
-        "terms of a truncated series; 1 is the classic first and second order", None
+        "terms of the truncated series; 1: first and second order", None
     )
     RULES = (by_kind("", key="series", exact="", truncated="terms"),)

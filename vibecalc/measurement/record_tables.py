@@ -23,68 +23,63 @@ Numbers = Annotated[tuple[Number, ...], Field(max_length=400_000)]
 
 
 class Channel(Table):
-    """One column or channel of a record: the accelerometer at a position, positive upwards (z)."""
+    """One channel of a record: the accelerometer at a position, positive upwards (z)."""
 
-    column: Name = key("of a CSV file; number of a WAV channel or data set 58")
-    at: Name = key("name of the position that it stands at")
+    column: Name = key("CSV column, WAV channel number or UFF data set 58")
+    at: Name = key("name of its position")
     scale: Acceleration | None = key(
-        "acceleration of 1 in a CSV file without a unit, of full scale in a WAV; "
-        "negative for one mounted upside down",
+        "acceleration of 1 in a CSV file without a unit, of full scale in a WAV; negative if "
+        "mounted upside down",
         None,
     )
-    use: Literal["solve", "compare"] = key("find the motion from it, or compare only", "solve")
+    use: Literal["solve", "compare"] = key("fit the motion to it, or compare only", "solve")
 
 
 class RecordFile(Table):
-    """A file of samples over time, and how orders are made of it."""
+    """A file of samples over time, and its order analysis."""
 
     file: Name = key("CSV, WAV or universal file (58) next to the case")
-    channels: tuple[Channel, ...] = key("the accelerometers in it", min_length=1, max_length=200)
-    time: str = key("column of a CSV file with the time of each sample", "time")
-    sample_rate: SampleRate | None = key(
-        "samples per second in Hz, of a CSV file without such a column", None
-    )
-    pulses: str = key("column or channel of a tachometer", "")
-    pulses_per_turn: int = key("of the crankshaft", 1, strict=True, ge=1, le=10_000)
+    channels: tuple[Channel, ...] = key("accelerometers in the file", min_length=1, max_length=200)
+    time: str = key("CSV column with the time of each sample", "time")
+    sample_rate: SampleRate | None = key("in Hz, for a CSV file without a time column", None)
+    pulses: str = key("tachometer column or channel", "")
+    pulses_per_turn: int = key("per revolution of the crankshaft", 1, strict=True, ge=1, le=10_000)
     disc: Literal["even", "uneven"] | None = key(
-        "of several pulses per turn: a pattern that repeats each turn is motion "
-        "of the shaft (even), or of the disc (uneven); default: of the disc, and +- has both",
+        "of several pulses per revolution: a pattern that repeats every revolution is motion "
+        "of the shaft (even), or error of the disc (uneven); default: of the disc, with both "
+        "in +-",
         None,
     )
     torsion: Angle = key(
-        "torsional vibration of the shaft that pulses or speed do "
-        "not show, root mean square; it enters +-",
+        "r.m.s. torsional vibration of the shaft that tachometer or speed do not show; part of +-",
         0.0,
         ge=0,
         le=0.5,
     )
     threshold: Number | None = key(
-        "that a pulse rises through, in its column's numbers, of full scale in a "
-        "WAV; default: half way between the lowest and the highest sample",
+        "trigger level of a pulse, in units of its column, of full scale in a WAV; default: "
+        "half way between minimum and maximum",
         None,
     )
     hysteresis: Number | None = key(
-        "how far it has to fall below before the next pulse; "
-        "default: a fifth of the way between the lowest and the highest sample",
+        "fall below the threshold before the next pulse; default: a fifth of the range",
         None,
         gt=0,
     )
-    speed: str = key("column or channel of a crank speed, instead of pulses", "")
+    speed: str = key("column or channel of the crank speed, instead of pulses", "")
     speed_scale: AngularSpeed | None = key(
         "speed of 1 in a file without its unit, of full scale in a WAV", None, gt=0
     )
     constant_speed: AngularSpeed | None = key("of the crankshaft, instead of pulses", None, gt=0)
     turns: int = key(
-        "whole turns of a block; the scatter of blocks tells the uncertainty",
+        "revolutions per block; the scatter of the blocks gives the uncertainty",
         4,
         strict=True,
         ge=1,
         le=1000,
     )
-    window: Literal["none", "hann"] = key("over each block", "none")
-    interpolation: Literal[1, 3, 5] = key(
-        "degree of the splines that give signals at equal angles", 5
-    )
+    window: Literal["none", "hann"] = key("of each block", "none")
+    interpolation: Literal[1, 3, 5] = key("degree of the splines for resampling at equal angles", 5)
 
 
 class FoundOrders(Table):
@@ -159,11 +154,11 @@ class FoundLines(Table):
 
 
 class Spectrum(Table):
-    """A complex spectrum of one accelerometer, as an analyser writes it: a reading with phases."""
+    """A complex spectrum of one accelerometer from an analyser: a reading with phases."""
 
     file: Name = key(
         "CSV with columns order or frequency, and amplitude and phase or real and imaginary"
     )
     at: Name = key("name of the position")
-    use: Literal["solve", "compare"] = key("find the motion, or compare", "solve")
+    use: Literal["solve", "compare"] = key("fit the motion to it, or compare only", "solve")
     found: FoundLines | None = key("put here when the file is read", None)

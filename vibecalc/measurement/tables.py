@@ -59,21 +59,21 @@ class Position(Table):
 
 
 class Reading(Table):
-    """What one instrument reads: one number for each harmonic, and a phase where it has one."""
+    """Reading of one instrument: a number per harmonic, with a phase if it has one."""
 
-    at: Name | None = key("name of the position of an accelerometer", None)
+    at: Name | None = key("name of the accelerometer's position", None)
     between: tuple[Name, Name] | None = key(
-        "two positions: acceleration of the second less that of the first", None
+        "two positions: acceleration of the second minus that of the first", None
     )
-    about: Literal["x", "y"] | None = key("axis of an angular acceleration read directly", None)
+    about: Literal["x", "y"] | None = key("axis of a measured angular acceleration", None)
     use: Literal["solve", "choose", "compare"] = key(
-        "find the motion, choose between motions that are left, or compare only", "solve"
+        "fit the motion to it, choose between several motions that fit, or compare only", "solve"
     )
-    orders: Orders = key("harmonics that it covers; default: all of them", ())
-    level: Levels = key("in dB, one for each harmonic", ())
-    amplitude: Amplitudes = key("instead of levels", ())
-    angular_amplitude: AngularAmplitudes = key("instead of levels, of an angular acceleration", ())
-    phase: Phases = key("leading positive, all against one signal", ())
+    orders: Orders = key("its harmonics; default: all", ())
+    level: Levels = key("in dB, one per harmonic", ())
+    amplitude: Amplitudes = key("instead of level", ())
+    angular_amplitude: AngularAmplitudes = key("instead of level, of an angular acceleration", ())
+    phase: Phases = key("phase lead, all relative to one signal", ())
     RULES = (
         one_of("at", "between", "about"),
         one_of("level", "amplitude", "angular_amplitude"),
@@ -90,14 +90,14 @@ class Reading(Table):
 
 
 class Scan(Table):
-    """Readings at many points, one in each row; a file takes it from an analyser."""
+    """Readings at many points, one per row, as analysers export them."""
 
     order: tuple[WholeNumber, ...] = key("harmonic of the row", min_length=1, max_length=2000)
     x: tuple[Coordinate, ...] = key("of the point", min_length=1, max_length=2000)
     y: tuple[Coordinate, ...] = key("of the point", min_length=1, max_length=2000)
     level: tuple[Loudness, ...] = key("in dB", (), max_length=2000)
-    amplitude: tuple[Acceleration, ...] = key("instead of levels", (), max_length=2000)
-    phase: tuple[Angle, ...] = key("leading positive", (), max_length=2000)
+    amplitude: tuple[Acceleration, ...] = key("instead of level", (), max_length=2000)
+    phase: tuple[Angle, ...] = key("phase lead", (), max_length=2000)
     RULES = (
         one_of("level", "amplitude"),
         same_length("order", "x", "y", "level", "amplitude", "phase"),
@@ -105,10 +105,10 @@ class Scan(Table):
 
 
 class Plate(Table):
-    """Edges of the plate, for a map and for the place that moves least."""
+    """Edges of the plate, for a map and for the point of least motion."""
 
-    x: tuple[Coordinate, Coordinate] = key("from and to, along the crankshaft")
-    y: tuple[Coordinate, Coordinate] = key("from and to, across it")
+    x: tuple[Coordinate, Coordinate] = key("minimum and maximum, along the crankshaft")
+    y: tuple[Coordinate, Coordinate] = key("minimum and maximum, across it")
     points: int = key("of the map, along each edge", 61, strict=True, ge=2, le=401)
     RULES = (pair_ordered("x", equal=False), pair_ordered("y", equal=False))
 
@@ -116,43 +116,37 @@ class Plate(Table):
 class Measurement(Table):
     """Readings on a rigid plate: its translation, roll and pitch, harmonic by harmonic."""
 
-    amplitude: Literal["zero_to_peak", "rms"] = key(
-        "what readings are amplitudes of; levels are given in the same"
-    )
-    reference_level: Acceleration | None = key("acceleration of 0 dB; levels need it", None, gt=0)
+    amplitude: Literal["zero_to_peak", "rms"] = key("amplitude convention of readings and levels")
+    reference_level: Acceleration | None = key("acceleration at 0 dB, for levels", None, gt=0)
     angular_reference_level: AngularAcceleration | None = key(
-        "angular acceleration of 0 dB; default: 1 rad/s^2", None, gt=0
+        "angular acceleration at 0 dB; default: 1 rad/s^2", None, gt=0
     )
-    level_step: Level = key(
-        "last digit of a level: it is off by up to half of it", 0.1, gt=0, le=20
-    )
-    level_uncertainty: Level = key("standard uncertainty of a level besides that", 0.0, ge=0, le=20)
-    amplitude_step: Acceleration | None = key("last digit of an amplitude", None, gt=0)
+    level_step: Level = key("resolution of levels; the error is up to half of it", 0.1, gt=0, le=20)
+    level_uncertainty: Level = key("further standard uncertainty of levels", 0.0, ge=0, le=20)
+    amplitude_step: Acceleration | None = key("resolution of amplitudes", None, gt=0)
     amplitude_uncertainty: Acceleration = key(
-        "standard uncertainty of an amplitude besides that", 0.0, ge=0
+        "further standard uncertainty of amplitudes", 0.0, ge=0
     )
-    angular_step: AngularAcceleration | None = key("last digit of an angular amplitude", None, gt=0)
+    angular_step: AngularAcceleration | None = key("resolution of angular amplitudes", None, gt=0)
     angular_uncertainty: AngularAcceleration = key(
-        "standard uncertainty of an angular amplitude besides that", 0.0, ge=0
+        "further standard uncertainty of angular amplitudes", 0.0, ge=0
     )
-    phase_step: Angle | None = key("last digit of a phase", None, gt=0)
-    phase_uncertainty: Angle = key(
-        "standard uncertainty of a phase besides that", 0.0, ge=0, le=math.pi
-    )
-    orders: tuple[Order, ...] = key("harmonics that are read", min_length=1, max_length=64)
+    phase_step: Angle | None = key("resolution of phases", None, gt=0)
+    phase_uncertainty: Angle = key("further standard uncertainty of phases", 0.0, ge=0, le=math.pi)
+    orders: tuple[Order, ...] = key("measured harmonics", min_length=1, max_length=64)
     base_frequency: Frequency | None = key(
-        "frequency of order 1, where no machine speed tells it", None, gt=0
+        "frequency of order 1, if the case has no machine speed", None, gt=0
     )
     reference_position: Name | None = key(
-        "where phases are zero; default: that of the first reading", None
+        "position of zero phase; default: that of the first reading", None
     )
     positions: tuple[Position, ...] = key(
-        "points with names: of readings, and where levels are wanted", (), max_length=200
+        "named points for readings and for wanted levels", (), max_length=200
     )
     readings: tuple[Reading, ...] = key("of instruments", (), max_length=200)
     scan: Scan | None = key("readings at many points", None)
     record: tuple[Record, ...] = key(
-        "files of samples over time with a tachometer", (), max_length=64
+        "files of samples over time, with a tachometer or speed", (), max_length=64
     )
     spectrum: tuple[Spectrum, ...] = key("files of complex spectra", (), max_length=200)
     plate: Plate | None = key("edges of the plate", None)

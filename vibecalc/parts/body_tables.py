@@ -59,7 +59,7 @@ class Box(Table):
 
 
 class InertiaBlock(Table):
-    """A block bolted to the body: its mass, inertia and weight count."""
+    """A block bolted to the body, with its mass, inertia and weight."""
 
     mass: Mass = key("mass of the block", ge=0)
     box: Box = key("its edges, for its own inertia")
@@ -124,7 +124,10 @@ class Body(Table):
     )
     inertia_block: InertiaBlock | None = key("a block added to the machine", None)
     parts: tuple[BodyPart, ...] | None = key(
-        "what it is assembled of, instead of all of these", None, min_length=1, max_length=64
+        "parts that it is assembled from, instead of all of these",
+        None,
+        min_length=1,
+        max_length=64,
     )
     mass_matrix: MassMatrix | None = key("of the whole machine, instead of all of these", None)
     RULES = (
@@ -159,17 +162,15 @@ class MountProperties(Table):
     loss_factor: Number | None = key(
         "of a complex stiffness k (1 + i loss_factor)", None, ge=0, le=10
     )
-    static: Static | None = key("at rest: static stiffness, load over deflection, stops", None)
+    static: Static | None = key("static stiffness, load over deflection, stops", None)
     over_frequency: OverFrequency | None = key(
-        "stiffness and loss factor in rows over the frequency: a table or a CSV", None
+        "stiffness and loss factor over frequency: a table or a CSV", None
     )
-    over_load: OverLoad | None = key(
-        "stiffness in rows over the load at rest: a table or a CSV", None
-    )
+    over_load: OverLoad | None = key("stiffness over the static load: a table or a CSV", None)
 
 
 class Mount(MountProperties):
-    """One mount; what it does not say comes from `each`."""
+    """One mount; keys it lacks come from `each`."""
 
     name: Name = key("label in tables and `where`")
     position: Point = key("from the body's reference point")
@@ -220,7 +221,7 @@ def _no_stiffness(row: Row) -> Iterator[Problem]:
 
 
 class Mounts(Table):
-    """What the body stands on."""
+    """Mounts below the body."""
 
     each: MountProperties | None = key("common to all mounts", None)
     positions: tuple[Point, ...] | None = key(
@@ -230,7 +231,7 @@ class Mounts(Table):
         "mounts one by one, instead of positions", None, min_length=1, max_length=256
     )
     datum: Point | None = key(
-        "their positions are measured from here; default: the body's reference point", None
+        "origin of the mounts' positions; default: the body's reference point", None
     )
     stiffness_matrix: StiffnessMatrix | None = key(
         "of the whole suspension, instead of mounts", None
@@ -241,9 +242,7 @@ class Mounts(Table):
     loss_factor: Number | None = key(
         "of a complex stiffness_matrix K (1 + i loss_factor)", None, ge=0, le=10
     )
-    modal_damping: Number | None = key(
-        "damping ratio of every mode, added to what else damps", None, ge=0, le=10
-    )
+    modal_damping: Number | None = key("damping ratio added to every mode", None, ge=0, le=10)
     RULES = (
         one_of(
             "stiffness_matrix",

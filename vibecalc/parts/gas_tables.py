@@ -26,7 +26,7 @@ GasPressureValue = Annotated[float, Field(ge=-1e5), Unit("Pa", "a pressure")]
 
 
 class GasPressure(Table):
-    """Pressure on the piston over one turn, or over one cycle of an engine."""
+    """Pressure on the piston over one turn, of an engine over one cycle."""
 
     crank_angle: tuple[Angle, ...] = key(
         "ascending, the last one turn (of an engine: one cycle) after the first",
@@ -34,7 +34,7 @@ class GasPressure(Table):
         max_length=2000,
     )
     pressure: tuple[GasPressureValue, ...] = key(
-        "above that of the crankcase, one per angle", min_length=3, max_length=2000
+        "above crankcase pressure, one per angle", min_length=3, max_length=2000
     )
     RULES = (same_length("crank_angle", "pressure"),)
 
@@ -64,44 +64,38 @@ Exponent = Annotated[float, Field(gt=1, lt=2), Unit("")]
 
 
 class GasCard(Table):
-    """The pressure over a cycle at one speed."""
+    """Pressure over a cycle at one speed."""
 
-    speed: AngularSpeed = key("of the crankshaft, at which it was taken", gt=0)
+    speed: AngularSpeed = key("crank speed of the card", gt=0)
     gas_pressure: GasPressure = key("over one cycle: a table or a CSV")
 
 
 class GasCycle(Table):
-    """A cycle to be computed instead of a measured card; what is not said has usual values."""
+    """Computed cycle instead of a measured card; keys left out have usual values."""
 
     kind: Literal["spark", "diesel"] = key(
-        "heat at constant volume at first, or limited by the peak pressure"
+        "combustion at constant volume first, or limited by the peak pressure"
     )
     compression_ratio: Number | None = key("largest volume over the smallest", None, gt=1, le=60)
     intake_pressure: Pressure | None = key(
         "absolute, in the cylinder before the compression", None, gt=0
     )
-    exhaust_pressure: Pressure | None = key(
-        "absolute, in the cylinder as the gas goes out", None, gt=0
-    )
+    exhaust_pressure: Pressure | None = key("absolute, in the cylinder during exhaust", None, gt=0)
     crankcase_pressure: Pressure | None = key(
         "absolute, under the piston; default: 101325 Pa", None, gt=0
     )
     peak_pressure: Pressure | None = key("absolute; it or mean_indicated_pressure", None, gt=0)
     mean_indicated_pressure: Pressure | None = key(
-        "work of a cycle over the swept volume; negative: it is driven", None
+        "work per cycle over swept volume; negative: motored", None
     )
     compression_exponent: Exponent | None = key("polytropic", None)
     expansion_exponent: Exponent | None = key("polytropic", None)
-    combustion_starts: CycleAngle | None = key("of the own crank angle", None)
-    combustion_ends: CycleAngle | None = key("of the own crank angle", None)
-    injection_ends: CycleAngle | None = key(
-        "of a diesel, which holds its pressure up to there", None
-    )
-    inlet_closes: CycleAngle | None = key("where the compression begins", None)
-    exhaust_opens: CycleAngle | None = key("where the expansion ends", None)
-    overlap: Angle | None = key(
-        "half width of the charge exchange, of four strokes", None, gt=0, le=1.5
-    )
+    combustion_starts: CycleAngle | None = key("crank angle of the cylinder", None)
+    combustion_ends: CycleAngle | None = key("crank angle of the cylinder", None)
+    injection_ends: CycleAngle | None = key("end of constant pressure of a diesel", None)
+    inlet_closes: CycleAngle | None = key("start of compression", None)
+    exhaust_opens: CycleAngle | None = key("end of expansion", None)
+    overlap: Angle | None = key("half width of the gas exchange, four-stroke", None, gt=0, le=1.5)
     RULES = (
         one_of("peak_pressure", "mean_indicated_pressure"),
         by_kind("cycle", spark="", diesel="| injection_ends"),
@@ -116,12 +110,12 @@ Volume = Annotated[float, Unit("m^3")]
 
 
 class PumpCycle(Table):
-    """Suction, compression, discharge and re-expansion; the pressures open and close the valves."""
+    """Suction, compression, discharge and re-expansion; valves open and close by pressure."""
 
-    suction_pressure: Pressure = key("absolute, in the cylinder as it fills", gt=0)
-    discharge_pressure: Pressure = key("absolute, in the cylinder as it delivers", gt=0)
-    bulk_modulus: Modulus = key("of the liquid with the walls around it: -V dp/dV", gt=0)
-    dead_volume: Volume = key("liquid left in one cylinder at its top dead centre", gt=0)
+    suction_pressure: Pressure = key("absolute, in the cylinder during suction", gt=0)
+    discharge_pressure: Pressure = key("absolute, in the cylinder during discharge", gt=0)
+    bulk_modulus: Modulus = key("of the liquid with the cylinder walls: -V dp/dV", gt=0)
+    dead_volume: Volume = key("of one cylinder at top dead centre", gt=0)
     outside_pressure: Pressure = key("absolute, on the other side of the plunger", 101325.0, gt=0)
     RULES = (
         ordered(

@@ -36,31 +36,31 @@ from vibecalc.parts.tables import NEEDED_BY_KIND
 
 
 class Play(Table):
-    """A dead band between two contacts."""
+    """A clearance between two contacts."""
 
-    clearance: Length = key("free travel from one contact to the other", gt=0)
+    clearance: Length = key("total free travel between the contacts", gt=0)
     stiffness: Stiffness = key("of a contact", gt=0)
     contact_damping: Damping = key("viscous, while in contact", 0.0)
-    film_damping: Damping = key("viscous, while in the gap: a linearised squeeze film", 0.0)
+    film_damping: Damping = key("viscous, in the clearance: a linearised squeeze film", 0.0)
 
 
 class Joint(Play):
-    """A bearing with play along the cylinder."""
+    """A bearing with clearance along the cylinder axis."""
 
     spring: Literal["continuous", "full_deflection"] = key(
-        "force beyond the clearance: stiffness times what goes beyond it, or times the "
-        "whole deflection, which jumps at contact",
+        "contact force: stiffness times penetration, or times the full deflection, which "
+        "jumps at contact",
         "continuous",
     )
 
 
 class Joints(Table):
-    """Bearings with play in the running gear of one cylinder."""
+    """Bearings with clearance in the running gear of one cylinder."""
 
-    cylinder: Name | None = key("which one; default: the first that works", None)
+    cylinder: Name | None = key("its name; default: the first working one", None)
     wrist_pin: Joint = key("between rod and piston")
     crank_pin: Joint | None = key(
-        "between crank and rod; the rod is then a mass between two gaps", None
+        "between crank and rod; the rod is then a mass between two clearances", None
     )
     bore: Play | None = key("between piston and cylinder wall: piston slap", None)
     RULES = (refers("cylinder", "machine.crank_train.cylinders", "cylinder"),)
@@ -90,10 +90,10 @@ SlipTorque = Annotated[Moment, Field(ge=0)]
 
 
 class SlipTable(Table):
-    """Torque over the slip of an induction motor; at negative slip it is the negative one."""
+    """Torque over slip of an induction motor; odd in the slip."""
 
     slip: tuple[AngularSpeed, ...] = key(
-        "synchronous speed less speed, ascending from 0", min_length=1, max_length=2000
+        "synchronous speed minus speed, ascending from 0", min_length=1, max_length=2000
     )
     torque: tuple[SlipTorque, ...] = key(
         "on the rotor, from 0, one per slip; below its field a motor does not brake",
@@ -108,18 +108,17 @@ def _motor_kind(row: Row) -> Any:
 
 
 class Motor(Table):
-    """The motor that drives the crankshaft; its kind says which of these keys it has."""
+    """Motor on the crankshaft; `kind` decides which of these keys apply."""
 
     kind: Literal["torque_harmonics", "slip_table", "linear", "dynamic"] | None = key(
-        "torque given by order at a given speed, if not said, or over the slip: the "
-        "motor then finds the speed",
+        "torque by order at a given speed (default), or over slip, with the speed as a result",
         None,
     )
     rotor_diameter: Length = key(
-        "of the circle of the rotor's conductors (torque_harmonics)", NEEDED_BY_KIND, gt=0
+        "diameter of the circle of the rotor conductors (torque_harmonics)", NEEDED_BY_KIND, gt=0
     )
     skew_angle: Angle = key(
-        "of the conductors against the axis of the rotor (torque_harmonics)",
+        "of the conductors to the rotor axis (torque_harmonics)",
         NEEDED_BY_KIND,
         gt=-1.5,
         lt=1.5,
@@ -128,27 +127,25 @@ class Motor(Table):
         "torque on the rotor, by order (torque_harmonics)", NEEDED_BY_KIND
     )
     synchronous_speed: AngularSpeed = key(
-        "of the stator's field (slip_table, linear, dynamic)", NEEDED_BY_KIND, gt=0
+        "of the stator field (slip_table, linear, dynamic)", NEEDED_BY_KIND, gt=0
     )
     slip_table: SlipTable = key(
-        "torque over the slip, in steady running (slip_table, dynamic)", NEEDED_BY_KIND
+        "torque over slip, steady state (slip_table, dynamic)", NEEDED_BY_KIND
     )
     interpolation: Literal["linear", "parabola", "monotone"] | None = key(
-        "between the rows of the slip table, monotone if not said", None
+        "between the rows of the slip table; default: monotone", None
     )
     beyond: Literal["refuse", "hold"] | None = key(
-        "slip beyond the table: hold the last torque, or refuse, which is the default", None
+        "slip beyond the table: hold the last torque, or refuse (default)", None
     )
-    gain: AngularDamping = key("torque for each unit of slip (linear)", NEEDED_BY_KIND, gt=0)
-    poles: int = key(
-        "number of poles, an even one (dynamic)", NEEDED_BY_KIND, strict=True, ge=2, le=200
-    )
-    voltage: Voltage = key("line to line, effective value (dynamic)", NEEDED_BY_KIND, gt=0)
+    gain: AngularDamping = key("torque per unit of slip (linear)", NEEDED_BY_KIND, gt=0)
+    poles: int = key("number of poles, even (dynamic)", NEEDED_BY_KIND, strict=True, ge=2, le=200)
+    voltage: Voltage = key("line to line, r.m.s. (dynamic)", NEEDED_BY_KIND, gt=0)
     stator_resistance: Resistance = key(
-        "of one phase, connected as a star (dynamic)", NEEDED_BY_KIND, gt=0
+        "per phase, star connection (dynamic)", NEEDED_BY_KIND, gt=0
     )
     cages: Literal["single", "double", "triple"] | None = key(
-        "of the rotor, fitted to the slip table (dynamic), double if not said", None
+        "of the rotor, fitted to the slip table (dynamic); default: double", None
     )
     RULES = (
         by_kind(

@@ -70,26 +70,24 @@ class LoadDeflection(Table):
 
 
 class Stops(Table):
-    """What ends the travel of a mount, beside its own stiffness."""
+    """Bump stops of a mount, besides its own stiffness."""
 
-    down: Length | None = key(
-        "compression of the mount from zero load at which it touches", None, ge=0
-    )
-    up: Length | None = key("extension of the mount from zero load at which it touches", None, ge=0)
-    stiffness: Stiff = key("of the stop, added once it touches")
+    down: Length | None = key("compression at which it is reached, from zero load", None, ge=0)
+    up: Length | None = key("extension at which it is reached, from zero load", None, ge=0)
+    stiffness: Stiff = key("of the stop, added when reached")
     RULES = (needs("", "down up"),)
 
 
 class Static(Table):
-    """A mount at rest: what its sag, its tangent stiffness there and its clearance come from."""
+    """A mount at rest: data of its static deflection, tangent stiffness and clearance."""
 
     dynamic_to_static: Number = key(
-        "stiffness over that for the sag, in all directions", 1.0, gt=0, le=20
+        "dynamic over static stiffness, in all directions", 1.0, gt=0, le=20
     )
     axis: Literal["x", "y", "z"] | None = key(
         "the mount's own axis of load and stops; default: `up` of [isolation]", None
     )
-    cubic_stiffness: Cubic | None = key("times the deflection cubed, along the axis", None)
+    cubic_stiffness: Cubic | None = key("coefficient of the deflection cubed, along the axis", None)
     load_deflection: LoadDeflection | None = key(
         "along the axis, where stiffness may then be 0: a table or a CSV", None
     )

@@ -85,13 +85,13 @@ class Cylinder(Table):
         "overrides the train's rotating mass for this throw", None, ge=0
     )
     articulated: ArticulatedRod | None = key(
-        "its rod is a slave rod on that of another cylinder", None
+        "its rod is a slave rod on the rod of another cylinder", None
     )
     firing_angle: Angle | None = key(
-        "crank angle at which it fires, of an engine; or firing_order", None, ge=0
+        "crank angle of firing, of an engine; or firing_order", None, ge=0
     )
     pressure_scale: Number | None = key(
-        "of the gas pressure of an engine, 0.9: weak; default: 1", None, ge=0, le=3
+        "factor on the gas pressure of an engine; default: 1", None, ge=0, le=3
     )
     gas_force: GasForce | None = key(
         "of the gas over one turn, instead of pressure and bore: a table or a CSV", None
@@ -112,13 +112,13 @@ Interval = Annotated[float, Field(ge=0), Unit("rad")]
 
 
 class CrankTrain(Table):
-    """Cylinders, rods and cranks, and what is put in to balance them."""
+    """Cylinders, rods, cranks and balance weights."""
 
     axis: AxisName = key("direction of the crankshaft", "x")
     stroke_axis: AxisName = key("direction of a cylinder at bank angle 0", "z")
     origin: Point = key("origin of the train, from the body's reference point", (0.0, 0.0, 0.0))
     crank_radius: Length = key("half the stroke", gt=0)
-    rod_length: Length = key("between the centres of the rod's bearings", gt=0)
+    rod_length: Length = key("centre to centre", gt=0)
     wrist_pin_offset: Length = key(
         "of the cylinder axis from the crank axis, towards a crank angle of 90 deg", 0.0
     )
@@ -131,10 +131,9 @@ class CrankTrain(Table):
     rotating_mass: Mass = key(
         "unbalanced mass at the crank pin of each cylinder, without the rod", 0.0, ge=0
     )
-    bore: Length | None = key("diameter of the cylinders", None, gt=0)
+    bore: Length | None = key("cylinder diameter", None, gt=0)
     gas_pressure: GasPressure | None = key(
-        "pressure over one turn of a cylinder, from its top dead centre; of an engine "
-        "over one cycle, from the firing one",
+        "over one turn from top dead centre; of an engine over one cycle, from the firing one",
         None,
     )
     gas_cards: tuple[GasCard, ...] = key(
@@ -144,19 +143,17 @@ class CrankTrain(Table):
     tangential_effort: TangentialEffort | None = key(
         "of an engine, by its harmonics, instead of gas_pressure", None
     )
-    pump_cycle: PumpCycle | None = key("of a pump: the pressure on its plungers over a turn", None)
+    pump_cycle: PumpCycle | None = key("of a pump: plunger pressure over one turn", None)
     firing_order: tuple[Name, ...] = key(
-        "names of the cylinders of an engine, as they fire", (), max_length=64
+        "names of the cylinders of an engine, in firing order", (), max_length=64
     )
     firing_intervals: tuple[Interval, ...] = key(
-        "from each of firing_order to the next; default: even ones", (), max_length=64
+        "between the cylinders of firing_order; default: even", (), max_length=64
     )
     gas_interpolation: GasInterpolation | None = key(
-        "between the rows of gas tables, for the roll of the machine, linear if not said", None
+        "between the rows of gas tables, for roll; default: linear", None
     )
-    cylinders: tuple[Cylinder, ...] = key(
-        "one entry for each cylinder", min_length=1, max_length=64
-    )
+    cylinders: tuple[Cylinder, ...] = key("one entry per cylinder", min_length=1, max_length=64)
     counterweights: tuple[Counterweight, ...] = key("weights on the crankshaft", (), max_length=64)
     balance_shafts: tuple[BalanceShaft, ...] = key(
         "shafts geared to the crankshaft", (), max_length=64

@@ -56,14 +56,14 @@ def _each_once(row: Row) -> Iterator[Problem]:
 
 
 class EffortHarmonics(Table):
-    """Tangential pressure of the gas alone on the piston area, without the masses.
+    """Tangential gas pressure on the piston area, without inertia forces.
 
     A row is a cos(n t) + b sin(n t) of the crank angle t from the firing dead centre on; piston
     area times crank radius makes a torque of it, positive in the sense of rotation.
     """
 
     mean_indicated_pressure: tuple[Pressure, ...] = key(
-        "load of the row", min_length=1, max_length=_MOST
+        "of the row", min_length=1, max_length=_MOST
     )
     order: tuple[Order, ...] = key("n", min_length=1, max_length=_MOST)
     cosine: tuple[Pressure, ...] = key("a, 0-to-peak", min_length=1, max_length=_MOST)
@@ -76,7 +76,7 @@ class EffortHarmonics(Table):
 
 
 class LoadOverSpeed(Table):
-    """The mean indicated pressure over the speed, straight between the entries."""
+    """Mean indicated pressure over speed, straight lines between the entries."""
 
     speed: tuple[AngularSpeed, ...] = key(
         "ascending, of the crankshaft", min_length=2, max_length=2000
@@ -88,11 +88,9 @@ class LoadOverSpeed(Table):
 
 
 class TangentialEffort(Table):
-    """The gas of an engine by its harmonics, instead of pressure over the angle."""
+    """Gas torque of an engine by harmonics, instead of pressure over the angle."""
 
     harmonics: EffortHarmonics = key("rows over load and order, a table or a CSV")
-    mean_indicated_pressure: Pressure | None = key("at all speeds, where it is one", None, gt=0)
-    over_speed: LoadOverSpeed | None = key(
-        "instead, where it follows the speed: a table or a CSV", None
-    )
+    mean_indicated_pressure: Pressure | None = key("constant over speed", None, gt=0)
+    over_speed: LoadOverSpeed | None = key("instead, over speed: a table or a CSV", None)
     RULES = (one_of("mean_indicated_pressure", "over_speed"),)

@@ -42,9 +42,7 @@ class ArticulatedRod(Table):
     """A slave rod: hinged on the rod of another cylinder, not on the crank pin."""
 
     on: Name = key("the cylinder whose rod is the master")
-    knuckle_radius: Length = key(
-        "distance of the knuckle pin from the crank pin, on the master rod", ge=0
-    )
+    knuckle_radius: Length = key("from crank pin to knuckle pin, on the master rod", ge=0)
     knuckle_angle: Angle | None = key(
         "of the knuckle pin from the axis of the master rod, in the sense of rotation; "
         "default: that between the two cylinders",
@@ -52,10 +50,10 @@ class ArticulatedRod(Table):
     )
     rod_length: Length = key("from the knuckle pin to the wrist pin", gt=0)
     knuckle_mass: Mass | None = key(
-        "what moves with the knuckle pin; default: the rod's mass at a crank pin", None, ge=0
+        "moving with the knuckle pin; default: as the rod's mass at a crank pin", None, ge=0
     )
     rod_mass: Mass | None = key(
-        "of the slave rod, the rest of it moves with the piston", None, gt=0
+        "of the slave rod; the rest of it moves with the piston", None, gt=0
     )
     inertia: Inertia | None = key(
         "about its own mass centre; default: that of the two point masses", None, ge=0

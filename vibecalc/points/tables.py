@@ -36,15 +36,15 @@ Vector = tuple[Number, Number, Number]
 
 
 class MeasuringPoint(Table):
-    """A place on the body where vibration is measured; it is read along x, y and z, as written."""
+    """A measuring point on the body, read along x, y and z."""
 
     name: Name = key("label in tables and `where`")
     position: Point = key("from the body's reference point")
     direction: Vector | None = key(
-        "of the one sensor there, of any length; default: three along x, y and z", None
+        "of a single sensor, of any length; default: three sensors along x, y and z", None
     )
     axes: tuple[Vector, Vector, Vector] | None = key(
-        "of three sensors 1, 2 and 3, square to each other; default: x, y and z", None
+        "of three sensors 1, 2 and 3, at right angles; default: x, y and z", None
     )
     RULES = (at_most_one("direction", "axes"),)
 
@@ -68,23 +68,23 @@ def _unknown_grade(row: Row) -> bool:
 
 
 class VibrationSeverity(Table):
-    """Band of the r.m.s. values, and the zones they are held against; informative."""
+    """Band of the r.m.s. values, and evaluation zones; informative."""
 
-    standard: Name = key("standard and edition that the zones are taken from", GRADED)
+    standard: Name = key("standard and edition of the zones", GRADED)
     band: tuple[Frequency, Frequency] = key(
-        "frequencies between which orders count in r.m.s.; default: 2 to 1000 Hz", BAND
+        "frequency band of the r.m.s. values; default: 2 to 1000 Hz", BAND
     )
     grades: Annotated[tuple[Number, ...], Few] | None = key(
-        "severity grades between zones A, B, C and D, or between A/B, C and D", None
+        "severity grades at the limits of zones A, B, C and D, or A/B, C and D", None
     )
     velocity: Annotated[tuple[Velocity, ...], Few] | None = key(
-        "instead, r.m.s. values between the zones, two or three", None
+        "instead, r.m.s. values at the zone limits, two or three", None
     )
     displacement: Annotated[tuple[Displacement, ...], Few] | None = key(
-        "r.m.s. values between the same zones", None
+        "r.m.s. values at the zone limits", None
     )
     acceleration: Annotated[tuple[Acceleration, ...], Few] | None = key(
-        "r.m.s. values between the same zones", None
+        "r.m.s. values at the zone limits", None
     )
     RULES = (
         at_most_one("grades", _QUANTITIES),

@@ -40,16 +40,16 @@ else:
 
 
 class Operation(Table):
-    """One way of running the machine: the cylinders that work, with a weight in averages."""
+    """One operating mode of the machine: the working cylinders, and a weight for averages."""
 
     name: Name = key("label in tables and `where`")
-    working: Names = key("names of the cylinders that work")
+    working: Names = key("names of the working cylinders")
     weight: Number = key("share in the weighted energy", 1.0, ge=0)
     RULES = cylinders_in("working")
 
 
 class Balance(Table):
-    """One way of balancing the crankshaft: the throws whose rotating mass weights cancel."""
+    """One balancing variant: cylinders whose rotating mass is balanced by weights."""
 
     name: Name = key("label in tables and `where`")
     balanced_for: Throws = key("names of the cylinders; none: no weights")
@@ -57,17 +57,17 @@ class Balance(Table):
 
 
 class Switching(Table):
-    """The change from one operation to the other and back, in time."""
+    """The change from one operation to the other and back, over time."""
 
     between: tuple[Name, Name] = key("names of two operations")
     run_down: Time = key("from operating speed to rest, linear in time", gt=0)
     stand: Time = key("at rest", 0.0, ge=0)
     run_up: Time = key("from rest to operating speed, linear in time", gt=0)
-    after: Time = key("time watched at operating speed afterwards", 1.0, gt=0)
-    reverses: bool = key("the crank turns the other way after", True, strict=True)
-    crank_angle: Angle = key("where the change begins", 0.0)
+    after: Time = key("time computed at operating speed afterwards", 1.0, gt=0)
+    reverses: bool = key("the crank turns the other way afterwards", True, strict=True)
+    crank_angle: Angle = key("at the start of the change", 0.0)
     settled: Number = key(
-        "deviation from the steady state that counts as settled", 0.05, gt=0, lt=1
+        "deviation from the steady state at which it counts as settled", 0.05, gt=0, lt=1
     )
     RULES = (
         refuse(
@@ -91,10 +91,10 @@ Clearance = Annotated[float, Field(gt=0), Unit("m")]
 
 
 class Impact(Table):
-    """Impacts in the joints with play, as statistics over many runs."""
+    """Impacts in joints with clearance, as statistics over many runs."""
 
     method: Literal["event_exact", "euler", "heun", "rk4", "dormand_prince"] = key(
-        "closed form between contacts, or fixed steps", "event_exact"
+        "exact between contacts, or fixed time steps", "event_exact"
     )
     steps: int = key(
         "steps per revolution, for the fixed-step methods", 1024, strict=True, ge=64, le=1_000_000
@@ -103,15 +103,17 @@ class Impact(Table):
         "sense in which the gas pushes the piston", "towards_crank"
     )
     clearances: tuple[Clearance, ...] = key(
-        "of the wrist pin, instead of its own: one study for each", (), max_length=32
+        "of the wrist pin, instead of its own: one study each", (), max_length=32
     )
-    members: int = key("runs with slightly different starts", 64, strict=True, ge=2, le=10_000)
-    revolutions: int = key("revolutions that count, of each run", 30, strict=True, ge=2, le=10_000)
-    discard: int = key(
-        "revolutions before them, to forget the start", 10, strict=True, ge=0, le=10_000
+    members: int = key(
+        "number of runs with slightly different starts", 64, strict=True, ge=2, le=10_000
     )
+    revolutions: int = key("revolutions of each run that count", 30, strict=True, ge=2, le=10_000)
+    discard: int = key("initial revolutions that do not count", 10, strict=True, ge=0, le=10_000)
     orders: int = key("highest order of the force spectrum", 100, strict=True, ge=1, le=2000)
-    perturbation: Length = key("distance of the neighbour whose parting is timed", 2.54e-11, gt=0)
+    perturbation: Length = key(
+        "initial distance of two neighbouring runs, for the divergence time", 2.54e-11, gt=0
+    )
     RULES = (
         wants("machine.joints", "joints with clearance and stiffness, of the wrist pin at least"),
         "vibecalc.parts.rules:gas_of_impacts",
@@ -139,27 +141,27 @@ def _of_roll(row: Row) -> Iterator[Problem]:
 
 
 class Response(Table):
-    """Motion under the forces of the crank train: the body on its suspension, impacts, roll."""
+    """Motion under the forces of the crank train: body on its mounts, impacts, roll."""
 
     method: Literal["modal", "direct"] = key(
-        "superposition of modes, or one solve per order", "direct"
+        "modal superposition, or a direct solution per order", "direct"
     )
     loads: Loads | None = key(f"{LOADS}; default: all that the case gives", None, min_length=1)
     energies: bool = key("kinetic and potential energy, mean and peak", False, strict=True)
     operations: tuple[Operation, ...] = key(
-        "ways of running to compare by their energies", (), max_length=16
+        "operating modes to compare by their energies", (), max_length=16
     )
     balances: tuple[Balance, ...] = key(
-        "ways of balancing to combine them with; default: that of the case", (), max_length=16
+        "balancing variants to combine with them; default: that of the case", (), max_length=16
     )
-    run_up: RunUp | None = key("also energies over a range of speeds", None)
-    switching: Switching | None = key("also the change between operations", None)
-    impact: Impact | None = key("also impacts in the joints with play", None)
-    roll: Roll | None = key("roll of the shell with the motor's own speed", None)
-    start_up: StartUp | None = key("roll from rest to running, in time", None)
-    control: Control | None = key("roll under control of the motor", None)
+    run_up: RunUp | None = key("also energies over a speed range", None)
+    switching: Switching | None = key("also the change between operations, over time", None)
+    impact: Impact | None = key("also impacts in joints with clearance", None)
+    roll: Roll | None = key("steady roll of the shell, with the speed from the motor", None)
+    start_up: StartUp | None = key("roll from rest to running, over time", None)
+    control: Control | None = key("roll with control of the motor", None)
     absorber: AbsorberResponse | None = key("of a primary system and its absorber", None)
-    torsion: Torsion | None = key("of the shaft line of an engine", None)
+    torsion: Torsion | None = key("torsional vibration of the shaft line", None)
     RULES = (
         _on_mounts,
         shaking_acts("the torque acts together with it"),

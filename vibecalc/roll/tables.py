@@ -36,7 +36,7 @@ from vibecalc.core.case.rules import (
 
 
 class Rotor(Table):
-    """All that turns with the crankshaft, besides the rotating masses of the crank train."""
+    """The rotating parts, besides the rotating masses of the crank train."""
 
     inertia: Inertia = key("about the crank axis, with coupling and flywheel", gt=0)
 
@@ -46,21 +46,17 @@ class Shell(Table):
 
     inertia: Inertia = key("about the crank axis, without what moves in it", gt=0)
     stiffness: AngularStiffness = key(
-        "of the mounts against roll; with a damping of zero too: no mounts", 0.0, ge=0
+        "of the mounts in roll; with zero damping too: no mounts", 0.0, ge=0
     )
-    damping: AngularDamping = key(
-        "of the mounts against roll; a negative one would feed energy in", 0.0, ge=0
-    )
+    damping: AngularDamping = key("of the mounts in roll; negative: feeds energy in", 0.0, ge=0)
 
 
 class Friction(Table):
-    """What opposes the motion of crankshaft and pistons in the shell."""
+    """Friction of crankshaft and pistons in the shell."""
 
-    torque: Moment = key("constant, on the crankshaft; a negative one would drive it", 0.0, ge=0)
-    viscous: AngularDamping = key(
-        "on the crankshaft; a negative one would feed energy in", 0.0, ge=0
-    )
-    piston_force: Force = key("constant, at each piston; a negative one would drive it", 0.0, ge=0)
+    torque: Moment = key("constant, on the crankshaft; negative: drives it", 0.0, ge=0)
+    viscous: AngularDamping = key("on the crankshaft; negative: feeds energy in", 0.0, ge=0)
+    piston_force: Force = key("constant, at each piston; negative: drives it", 0.0, ge=0)
 
 
 # ----------------------------------------------------------------------------
@@ -80,36 +76,32 @@ def _uses(row: Row, *methods: str) -> bool:
 
 
 class Roll(Table):
-    """The steady motion of rotor, pistons and shell, with the speed that the motor finds."""
+    """Steady motion of rotor, pistons and shell, with the speed from the motor."""
 
-    method: RollMethod = key(
-        "Gauss collocation on panels, or another way to the same motion", "collocation"
-    )
+    method: RollMethod = key("Gauss collocation on panels, or another method", "collocation")
     orders: int = key("highest harmonic of the spectra", 10, strict=True, ge=1, le=400)
     points: Annotated[int, Field(strict=True, ge=1, le=4096)] | None = key(
-        "nodes of each panel (collocation) or of a turn (fourier); without it the "
-        "tolerance decides",
+        "nodes of each panel (collocation) or of a turn (fourier); default: as the tolerance needs",
         None,
     )
-    step: Time | None = key("of time, for the methods euler and rk4", None, gt=0)
+    step: Time | None = key("time step, for the methods euler and rk4", None, gt=0)
     started_at: AngularSpeed | None = key(
-        "crank speed at crank angle zero with the shell at rest: it fixes the angular "
-        "momentum of a machine without mounts; default: that which keeps the shell in place",
+        "crank speed at crank angle zero with the shell at rest, which fixes the angular "
+        "momentum of a machine without mounts; default: the shell does not drift",
         None,
         gt=0,
     )
-    compare: tuple[RollMethod, ...] = key("methods to run side by side", (), max_length=6)
+    compare: tuple[RollMethod, ...] = key("methods to compare", (), max_length=6)
     interpolations: bool = key(
-        "also the spread between ways to read the gas tables", False, strict=True
+        "also the spread between interpolations of the gas tables", False, strict=True
     )
     sensitivity: bool = key(
-        "also slopes of the levels, and what ten percent more and less of each "
-        "parameter do: advice in the report",
+        "also sensitivities of the levels, and the effect of 10 % more and less of each parameter",
         False,
         strict=True,
     )
     classical: bool = key(
-        "also the forces at constant speed in a shell at rest", False, strict=True
+        "also the forces at constant speed with the shell fixed", False, strict=True
     )
     RULES = (
         once("compare", "method"),
@@ -139,30 +131,29 @@ class Load(Table):
 
     time: tuple[Time, ...] = key("ascending, the first is 0", min_length=1, max_length=2000)
     factor: tuple[Factor, ...] = key(
-        "of the gas forces from that time on; 0 is none", min_length=1, max_length=2000
+        "on the gas forces from that time on; 0: none", min_length=1, max_length=2000
     )
     RULES = (same_length("time", "factor"), ascending("time", start=0.0))
 
 
 class StartUp(Table):
-    """From rest, or from a given speed, through the breakdown torque to running, in time."""
+    """Start-up over time, from rest or a given speed past the breakdown torque."""
 
-    duration: Time = key("time that is followed", gt=0)
+    duration: Time = key("computed time", gt=0)
     crank_angle: Angle = key("of the crank at the start", 0.0)
-    speed: AngularSpeed = key("of the crank against the shell at the start", 0.0)
-    load: Load | None = key("factor on the gas forces in time; default: 1", None)
+    speed: AngularSpeed = key("of the crank relative to the shell at the start", 0.0)
+    load: Load | None = key("factor on the gas forces over time; default: 1", None)
     settled: Number = key(
-        "change of the shell's acceleration from turn to turn that counts as settled",
+        "change of the shell's acceleration per turn at which it counts as settled",
         0.01,
         gt=0,
         lt=1,
     )
     angles: Annotated[int, Field(strict=True, ge=2, le=100_000)] | None = key(
-        "start angles to examine, all around: from which does it start?", None
+        "number of start angles around the turn: from which of them does it start?", None
     )
     start_within: Time | None = key(
-        "time in which a start from such an angle has to come over the breakdown "
-        "torque; default: duration",
+        "time within which a start has to pass the breakdown torque; default: duration",
         None,
         gt=0,
     )
@@ -181,7 +172,7 @@ Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 
 
 class GainRange(Table):
-    """Bounds of the controller's gain."""
+    """Limits of the controller's gain."""
 
     lower: Number = key("smallest gain", gt=0)
     upper: Number = key("largest gain", gt=0)
@@ -189,27 +180,27 @@ class GainRange(Table):
 
 
 class FeedbackRange(Table):
-    """Bounds of the feedback of the shell's acceleration."""
+    """Limits of the feedback of the shell's acceleration."""
 
-    lower: Time = key("smallest feedback; it may be negative")
+    lower: Time = key("smallest feedback, may be negative")
     upper: Time = key("largest feedback")
     RULES = (ordered("lower", "upper"),)
 
 
 class Tune(Table):
-    """Search for gain and feedback that make some harmonics small and keep the loop stable."""
+    """Search for gain and feedback that minimise harmonics and keep stability margins."""
 
     orders: tuple[Order, ...] = key(
-        "harmonics of the shell's acceleration to make small, the largest counts",
+        "harmonics of the shell's acceleration; the largest of them is minimised",
         (1, 2),
         min_length=1,
         max_length=64,
     )
-    gain: GainRange = key("bounds of the gain")
-    acceleration_feedback: FeedbackRange = key("bounds of the feedback")
-    gain_margin: Level = key("least factor to instability, as a level", 6.0, ge=0)
-    phase_margin: Angle = key("least phase to instability", 0.5235987755982988, ge=0, lt=3.2)
-    delay_margin: Time = key("least delay to instability", 0.0, ge=0)
+    gain: GainRange = key("limits of the gain")
+    acceleration_feedback: FeedbackRange = key("limits of the feedback")
+    gain_margin: Level = key("minimum gain margin, as a level", 6.0, ge=0)
+    phase_margin: Angle = key("minimum phase margin", 0.5235987755982988, ge=0, lt=3.2)
+    delay_margin: Time = key("minimum delay margin", 0.0, ge=0)
     RULES = (once("orders", "order"),)
 
 
@@ -223,29 +214,29 @@ class Control(Table):
         "momentum",
     )
     reference: AngularSpeed | None = key(
-        "speed that the controller is set to; default: synchronous speed", None, gt=0
+        "set speed of the controller; default: synchronous speed", None, gt=0
     )
     gain: Number = key("gain K of the controller", 1.0, gt=0)
     speed_feedback: Number | None = key(
-        "share of the speed that is fed back; default: what keeps target_speed", None
+        "share of the speed that is fed back; default: to reach target_speed", None
     )
-    acceleration_feedback: Time = key(
-        "feedback of the shell's acceleration: speed for each unit of it", 0.0
-    )
+    acceleration_feedback: Time = key("speed per unit of the shell's acceleration", 0.0)
     target_speed: AngularSpeed | None = key(
-        "mean speed to keep; default: that of the reduced model alone", None, gt=0
+        "wanted mean speed; default: that of the reduced model without control", None, gt=0
     )
     motor_gain: AngularDamping | None = key(
-        "torque for each unit of slip; default: slope of the motor's curve", None, gt=0
+        "torque per unit of slip; default: slope of the motor's curve", None, gt=0
     )
-    actuator_lag: Time = key("time constant of what sets the frequency", 0.0, ge=0)
-    delay: Time = key("time from measurement to frequency", 0.0, ge=0)
+    actuator_lag: Time = key("time constant of the frequency converter", 0.0, ge=0)
+    delay: Time = key("from measurement to frequency", 0.0, ge=0)
     motor_gains: tuple[MotorGain, ...] = key(
-        "motor gains to compare, without a controller", (), max_length=200
+        "motor gains to compare, without control", (), max_length=200
     )
-    gains: Gains = key("controller gains to compare, with every feedback", ())
+    gains: Gains = key("controller gains to compare, combined with each feedback", ())
     feedbacks: tuple[Time, ...] = key(
-        "feedbacks of the shell's acceleration to compare, with every gain", (), max_length=200
+        "feedbacks of the shell's acceleration to compare, combined with each gain",
+        (),
+        max_length=200,
     )
     full_model: bool = key("also the closed loop in the full nonlinear model", False, strict=True)
     tune: Tune | None = key("also find gain and feedback", None)

@@ -76,47 +76,47 @@ class Dependence(Table):
     """Columns of values at the rows of some quantity."""
 
     stiffness: Stiffnesses | None = key("dynamic torsional stiffness, one per row", None)
-    stiffness_factor: Factors | None = key("on the stiffness, instead of it", None)
+    stiffness_factor: Factors | None = key("factor on the stiffness, instead", None)
     relative_damping: Dampings | None = key("psi, one per row", None)
-    relative_damping_factor: Factors | None = key("on psi, instead of it", None)
+    relative_damping_factor: Factors | None = key("factor on psi, instead", None)
 
 
 class OverMeanTorque(Dependence):
-    """Stiffness and damping of a coupling against the mean torque that it carries."""
+    """Stiffness and damping of a coupling over its mean torque."""
 
     torque: Torques = key("mean torque, ascending, on its own shaft")
     RULES = _of_rows("torque")
 
 
 class OverAmplitude(Dependence):
-    """Stiffness and damping of a coupling against its vibratory torque."""
+    """Stiffness and damping of a coupling over its vibratory torque."""
 
     torque: Torques = key("half range of all orders, ascending")
     RULES = _of_rows("torque")
 
 
 class OverFrequency(Dependence):
-    """Stiffness and damping of a coupling against the frequency of its vibration."""
+    """Stiffness and damping of a coupling over the vibration frequency."""
 
     frequency: Frequencies = key("ascending, e.g. '10 Hz'")
     RULES = _of_rows("frequency")
 
 
 class OverTemperature(Dependence):
-    """Stiffness and damping of a coupling against the temperature of its element."""
+    """Stiffness and damping of a coupling over the temperature of its element."""
 
     temperature: Temperatures = key("ascending, e.g. '60 degC'")
     service_factor: Factors | None = key(
-        "S_theta of DIN 740-2, by which torques count more: 1 where it is cold", None
+        "S_theta of DIN 740-2, factor on the torques: 1 where it is cold", None
     )
     RULES = _of_rows("temperature", "service_factor")
 
 
 class PowerOverTemperature(Table):
-    """Permissible power loss of a coupling against the temperature of the air about it."""
+    """Permissible power loss of a coupling over the ambient temperature."""
 
-    temperature: Temperatures = key("of the air, ascending")
-    power_loss: Powers = key("permissible there, one per row")
+    temperature: Temperatures = key("ambient, ascending")
+    power_loss: Powers = key("permissible, one per row")
     RULES = (ascending("temperature"), same_length("temperature", "power_loss"))
 
 
@@ -184,16 +184,16 @@ def _covers(rows: str, key: str, words: str) -> object:
 
 
 class Coupling(Table):
-    """An elastic coupling by the values of its maker; torques on its own shaft."""
+    """An elastic coupling by catalogue values; torques on its own shaft."""
 
     catalogue: Name | None = key(
         "TOML file of couplings next to the case; its keys may be replaced here", None
     )
     type: Name | None = key("name of the coupling in its catalogue", None)
-    source: Name | None = key("where the values are from", None)
+    source: Name | None = key("origin of the values", None)
     stiffness: AngularStiffness | None = key("C_Tdyn, dynamic torsional stiffness", None, gt=0)
     relative_damping: Psi | None = key(
-        "psi, loss of a cycle over elastic energy: loss factor 2 pi times", None
+        "psi, energy loss per cycle over elastic energy: 2 pi times the loss factor", None
     )
     over_mean_torque: OverMeanTorque | None = key(
         "rows over the mean torque: a table or a CSV", None
@@ -205,25 +205,26 @@ class Coupling(Table):
     over_amplitude: OverAmplitude | None = key(
         "rows over the vibratory torque: a table or a CSV", None
     )
-    temperature: Temperature | None = key("of the element, where it is known", None)
-    ambient_temperature: Temperature | None = key("of the air about it", None)
-    thermal_resistance: ThermalResistance | None = key(
-        "rise of the temperature per power loss", None
+    temperature: Temperature | None = key("of the element, if known", None)
+    ambient_temperature: Temperature | None = key("of the surrounding air", None)
+    thermal_resistance: ThermalResistance | None = key("temperature rise per power loss", None)
+    temperature_rise: Rise | None = key(
+        "instead: temperature rise at the permissible power loss", None
     )
-    temperature_rise: Rise | None = key("instead: rise at the permissible power loss", None)
     nominal_torque: Moment | None = key("T_KN, mean torque", None, gt=0)
     maximum_torque: Moment | None = key("T_Kmax, peak torque", None, gt=0)
     vibratory_torque: Moment | None = key(
         "T_KW, continuous vibratory torque, half range", None, gt=0
     )
     vibratory_frequency: Frequency = key(
-        "of T_KW; above it less is permissible by the root of the ratio; 10 Hz",
+        "reference frequency of T_KW; above it T_KW falls with the root of the ratio; "
+        "default: 10 Hz",
         62.83185307179586,
         gt=0,
     )
     power_loss: Power | None = key("P_KV, permissible power loss", None)
     power_loss_over_temperature: PowerOverTemperature | None = key(
-        "instead: rows over the temperature of the air, a table or a CSV", None
+        "instead: over the ambient temperature, a table or a CSV", None
     )
     maximum_speed: AngularSpeed | None = key("n_max, of its own shaft", None, gt=0)
     maximum_temperature: Temperature | None = key("of the element", None)
@@ -309,12 +310,12 @@ class FactorCurve(Table):
     """A factor against the speed, straight lines between the entries."""
 
     speed: Speeds = key("ascending")
-    factor: SpeedFactors = key("on the damping that is given, one per speed")
+    factor: SpeedFactors = key("on the given damping, one per speed")
     RULES = (same_length("speed", "factor"), ascending("speed"))
 
 
 class OverSpeed(Table):
-    """A factor on a damping against the speed, as a table or as a power of the speed."""
+    """A factor on a damping over speed, as a table or as a power of the speed."""
 
     of: Literal["crank", "own"] = key(
         "whose speed: of the crankshaft, or that of its own shaft", "crank"
@@ -323,9 +324,7 @@ class OverSpeed(Table):
     exponent: Number | None = key(
         "instead: factor (speed / reference) ^ exponent", None, ge=-4, le=4
     )
-    reference: AngularSpeed | None = key(
-        "speed at which the damping is as given, with exponent", None, gt=0
-    )
+    reference: AngularSpeed | None = key("speed of the given damping, with exponent", None, gt=0)
     RULES = (
         one_of("table", "exponent reference"),
         needs("exponent", "reference", "at this speed the damping is as given"),
@@ -381,7 +380,9 @@ class EngineDamping(Table):
     loss_factor: Number | None = key("of its inertia: loss_factor J w", None, ge=0, le=2)
     damping: AngularDamping | None = key("viscous, of each station; instead", None, ge=0)
     mode: Annotated[int, Field(strict=True, ge=2, le=2000)] | None = key(
-        "whose undamped frequency w is, the rigid one is 1; default: lowest elastic", None
+        "elastic mode whose undamped frequency is w, counted with the rigid one as 1; "
+        "default: lowest elastic",
+        None,
     )
     over_speed: OverSpeed | None = key("factor on it against the speed", None)
     RULES = (
@@ -402,7 +403,7 @@ _TURN = 6.283185307179586
 
 
 class FactorOverSpeed(Table):
-    """What a torque is at other speeds, over what it is given as; straight between the entries."""
+    """Factor on a given torque at other speeds, straight lines between the entries."""
 
     speed: tuple[AngularSpeed, ...] = key(
         "ascending, of the crankshaft", min_length=2, max_length=2000
@@ -438,7 +439,7 @@ def _span(row: Row) -> Iterator[Problem]:
 
 
 class TorqueOverAngle(Table):
-    """A torque that was measured or computed over one turn of its shaft, or over two."""
+    """A measured or computed torque over one or two turns of its shaft."""
 
     angle: tuple[Angle, ...] = key(
         "ascending, of the shaft, one turn or two", min_length=4, max_length=100_000
@@ -489,9 +490,7 @@ class StationExcitation(Table):
     record: TorqueOverAngle | None = key(
         "instead: over its own angle, a table or a CSV; its mean does not count", None
     )
-    harmonics: int = key(
-        "of a record: how many orders are taken from it", 24, strict=True, ge=1, le=MOST
-    )
+    harmonics: int = key("of a record: number of orders", 24, strict=True, ge=1, le=MOST)
     of: Literal["shaft", "crankshaft"] = key(
         "whose turns the orders count: its own shaft's or the crankshaft's", "shaft"
     )
@@ -499,7 +498,7 @@ class StationExcitation(Table):
         "amplitudes, 0-to-peak, on its own shaft, at the operating speed", (), max_length=MOST
     )
     shares: tuple[Share, ...] = key(
-        "instead: of the mean torque that the station takes, at every speed", (), max_length=MOST
+        "instead: of the mean torque absorbed at the station, at every speed", (), max_length=MOST
     )
     phases: tuple[Angle, ...] = key("at crank angle zero; default: 0", (), max_length=MOST)
     exponent: Number = key("of the speed, for torques: 2 as a fan", 0.0, ge=0, le=4)

@@ -77,7 +77,7 @@ class MeasuredPoints(Table):
 
 
 class LineCurve(Table):
-    """Orders over the range of speeds, with their sums, of one shaft or station."""
+    """Orders and their sum over the speed range, of one shaft or station."""
 
     on: Name = key("name of a shaft, elastic gear, damper or station")
     of: tuple[
@@ -86,13 +86,9 @@ class LineCurve(Table):
     ] = key(
         "default: torque, and stress where it is known; of a station the angle", (), max_length=6
     )
-    orders: tuple[LineOrder, ...] = key(
-        "that are kept; default: those of some share", (), max_length=400
-    )
-    share: Number = key(
-        "of the largest order over the speeds, from which on an order is kept", 0.05, gt=0, le=1
-    )
-    measured: MeasuredPoints | None = key("points next to the curves", None)
+    orders: tuple[LineOrder, ...] = key("orders to show; default: by share", (), max_length=400)
+    share: Number = key("orders are shown from this share of the largest on", 0.05, gt=0, le=1)
+    measured: MeasuredPoints | None = key("measured points, drawn with the curves", None)
     RULES = (
         at_most_one("orders", "share"),
         once("of", "quantity"),
@@ -120,7 +116,7 @@ def curves_of(line: ShaftLine, curves: Iterable[LineCurve]) -> dict[str, tuple[s
 
 
 class Irregularity(Table):
-    """Degree of unevenness of the turning of one station."""
+    """Cyclic irregularity of one station."""
 
     on: Name = key("name of the station")
     pole_pairs: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = key(
@@ -156,16 +152,14 @@ def condition_names(options: "Conditions", cylinders: Iterable[str]) -> tuple[st
 
 
 class Conditions(Table):
-    """What the cylinders may do: all fire, each misfires, pressures differ; the worst counts."""
+    """Firing conditions: all fire, each misfires, pressures differ; the worst counts."""
 
-    misfire: Literal["each", "none"] = key(
-        "every cylinder in turn, the others firing, or none", "each"
-    )
+    misfire: Literal["each", "none"] = key("each cylinder in turn misfires, or none", "each")
     misfire_kind: Literal["no_gas", "motored"] = key(
-        "its gas: none, or compressed and expanded without combustion", "no_gas"
+        "without gas, or compression and expansion without combustion", "no_gas"
     )
     imbalance: Number | None = key(
-        "share of gas pressure that every cylinder in turn has less; below 0: more",
+        "reduction of the gas pressure of each cylinder in turn, as a share; negative: increase",
         None,
         ge=-1,
         le=1,
@@ -225,10 +219,10 @@ def _no_less(transient: str, continuous: str) -> Rule:
 
 
 class StressCurve(Table):
-    """A limit of the stress against the speed, straight lines between the entries."""
+    """Allowable stress over speed, straight lines between the entries."""
 
     speed: _Speeds = key("ascending, of the crankshaft")
-    stress: _Stresses = key("amplitude that is allowed, one per speed")
+    stress: _Stresses = key("allowable amplitude, one per speed")
     transient: tuple[Stress, ...] | None = key(_PASSING, None, max_length=2000)
     RULES = (
         same_length("speed", "stress", "transient"),
@@ -238,10 +232,10 @@ class StressCurve(Table):
 
 
 class TorqueCurve(Table):
-    """A limit of the vibratory torque against the speed, straight lines between the entries."""
+    """Allowable vibratory torque over speed, straight lines between the entries."""
 
     speed: _Speeds = key("ascending, of the crankshaft")
-    torque: _Torques = key("amplitude that is allowed, one per speed, on its own shaft")
+    torque: _Torques = key("allowable amplitude, one per speed, on its own shaft")
     transient: tuple[Moment, ...] | None = key(_PASSING, None, max_length=2000)
     RULES = (
         same_length("speed", "torque", "transient"),
@@ -262,7 +256,7 @@ class TorqueCurve(Table):
 
 
 class Crank(CrankDimensions):
-    """A throw as the rule for crankshafts counts it, solid forged or cast."""
+    """A throw for the class rule for crankshafts, solid forged or cast."""
 
     pin_fillet: Length = key("radius between pin and web", gt=0)
     journal_fillet: Length = key("radius between journal and web", gt=0)
@@ -311,10 +305,10 @@ _Names = Annotated[tuple[Name, ...], Field(max_length=64)]
 
 
 class TorsionLimit(Table):
-    """A limit of stress or torque: a class rule as data, a curve, or a share of the mean torque."""
+    """A limit on stress or torque: a class rule, a curve, or a share of the mean torque."""
 
     rule: Literal["iacs_m68", "iacs_m53"] | None = key(
-        "of propulsion shafts (m68) or of crankshafts (m53); informative", None
+        "class rule for propulsion shafts (m68) or crankshafts (m53); informative", None
     )
     curve: StressCurve | None = key("instead of a rule: stress over speed, a table or a CSV", None)
     torque: TorqueCurve | None = key(
@@ -326,18 +320,18 @@ class TorsionLimit(Table):
         gt=0,
         le=10,
     )
-    sections: _Names = key("names of shafts; default: all with what the limit needs", ())
+    sections: _Names = key("names of shafts; default: all with the necessary data", ())
     gears: _Names = key("names of gears; default of alternating_share: all", ())
     tensile_strength: Stress | None = key(
-        "of the material, for the rule, where the shaft does not say it", None, gt=0
+        "of the material, for the rule, if the shaft has none", None, gt=0
     )
     design_factor: Number = key("c_K of m68: 1 for a plain intermediate shaft", 1.0, gt=0, le=1)
     shaft_kind: ShaftKind | None = key(
-        "instead of design_factor: what the shaft is, for c_K of m68", None
+        "instead of design_factor: kind of shaft, for c_K of m68", None
     )
     crank: Crank | None = key("throw for m53, where the shafts have no `throw` with fillets", None)
     crankshaft_kind: Literal["continuous_grain_flow", "free_form", "cast_cold_rolled"] | None = key(
-        "how it is made, for K of m53; default: free_form", None
+        "manufacture of the crankshaft, for K of m53; default: free_form", None
     )
     bending: CrankBending | None = key("for m53: stresses not of torsion", None)
     RULES = (
@@ -380,21 +374,25 @@ AT_CONSTANT_SPEED = ("load_step", "misfire_onset", "short_circuit", "torque_hist
 
 
 class CycleCounting(Table):
-    """Cycles of the torque of sections over the change, by the rainflow method of ASTM E1049."""
+    """Rainflow count (ASTM E1049) of the section torques during the transient."""
 
     sections: tuple[Name, ...] = key(
         "names of shafts; default: all sections of the line", (), max_length=64
     )
     bins: int = key(
-        "equal ones, up to the largest range of each section", 16, strict=True, ge=2, le=256
+        "number of equal bins up to the largest range of each section",
+        16,
+        strict=True,
+        ge=2,
+        le=256,
     )
-    ignore: Number = key("share of the largest range that a cycle has to reach", 0.01, ge=0, lt=1)
+    ignore: Number = key(
+        "cycles below this share of the largest range are ignored", 0.01, ge=0, lt=1
+    )
     slope: Number = key(
-        "of a section without an S-N line, for the equivalent number", 5.0, ge=1, le=50
+        "of a section without an S-N line, for the equivalent torque", 5.0, ge=1, le=50
     )
-    changes: Number = key(
-        "how many such changes the line goes through in its life", 1.0, gt=0, le=1e9
-    )
+    changes: Number = key("number of such transients in service life", 1.0, gt=0, le=1e9)
 
 
 # ----------------------------------------------------------------------------
@@ -405,9 +403,9 @@ class CycleCounting(Table):
 class DecayingTorque(Table):
     """amplitude exp(-t / time_constant) sin(2 pi frequency t + phase) from the change on."""
 
-    amplitude: Moment = key("at its begin, on its own shaft; positive brakes")
-    frequency: Frequency = key("of the grid or twice that; 0: a torque that only decays", 0.0, ge=0)
-    time_constant: Time = key("in which it falls to 1 / e", gt=0)
+    amplitude: Moment = key("at the start, on its own shaft; positive brakes")
+    frequency: Frequency = key("of the grid or twice that; 0: decay alone", 0.0, ge=0)
+    time_constant: Time = key("time to fall to 1 / e", gt=0)
     phase: Angle = key("of the sine; 90 deg for one of frequency 0", 0.0)
 
 
@@ -416,9 +414,9 @@ TorquesInTime = Annotated[tuple[Moment, ...], Field(min_length=2, max_length=200
 
 
 class TorqueTable(Table):
-    """A torque against the time, straight lines between the entries."""
+    """A torque over time, straight lines between the entries."""
 
-    time: Times = key("from the change on, ascending")
+    time: Times = key("from the start of the transient, ascending")
     torque: TorquesInTime = key("on its own shaft, one per time; positive brakes more than before")
     RULES = (same_length("time", "torque"), ascending("time", 0.0))
 
@@ -427,47 +425,43 @@ _PASS = "from to | acceleration duration"
 
 
 class Transient(Table):
-    """A change in time: through criticals, a step or jolt of the torque, two parts to one speed."""
+    """A transient: passage of criticals, load step, misfire, short circuit, clutch."""
 
     model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
 
     kind: Literal[
         "run_up", "run_down", "start", "stop", "load_step", "misfire_onset", "short_circuit",
         "torque_history", "clutch_in",
-    ] = key("what happens")  # fmt: skip
+    ] = key("kind of transient")  # fmt: skip
     start: AngularSpeed | None = key(
-        "speed at the begin, of run_up, run_down and stop", None, alias="from", ge=0
+        "initial speed of run_up, run_down and stop", None, alias="from", ge=0
     )
     stop: AngularSpeed | None = key(
-        "speed at the end, of run_up, run_down and start", None, alias="to", ge=0
+        "final speed of run_up, run_down and start", None, alias="to", ge=0
     )
-    acceleration: AngularAcceleration | None = key(
-        "largest magnitude; it grows and fades evenly", None
-    )
+    acceleration: AngularAcceleration | None = key("maximum; it rises and falls smoothly", None)
     duration: Time | None = key("instead of acceleration", None, gt=0)
-    on: Name | None = key("name of the station that the torque acts on", None)
+    on: Name | None = key("station of the torque", None)
     torque: Moment | None = key(
         "of a load step, on its own shaft; positive brakes more than before", None
     )
     cylinder: Name | None = key("name of the cylinder that stops firing", None)
     terms: tuple[DecayingTorque, ...] = key(
-        "air-gap torque of a short circuit, a sum of decaying sines",
+        "air-gap torque of a short circuit as a sum of decaying sines",
         (),
         min_length=1,
         max_length=16,
     )
-    history: TorqueTable | None = key("a torque over the time: a table or a CSV", None)
-    clutch: Name | None = key("name of the shaft that is the clutch", None)
+    history: TorqueTable | None = key("torque over time: a table or a CSV", None)
+    clutch: Name | None = key("name of the shaft that represents the clutch", None)
     driven_speed: AngularSpeed | None = key(
-        "of what the clutch takes along, before, on the clutch's own shaft", None, ge=0
+        "initial speed of the driven side, on the clutch's own shaft", None, ge=0
     )
-    friction_torque: Moment | None = key("that the clutch slips at, on its own shaft", None, gt=0)
-    engaging_time: Time | None = key(
-        "in which that grows along a straight line from 0; default: at once", None, gt=0
-    )
-    before: Time = key("time at the first state that is also computed", 0.0, ge=0)
-    after: Time = key("time watched afterwards", 1.0, gt=0)
-    counting: CycleCounting | None = key("also count the cycles of torque and stress", None)
+    friction_torque: Moment | None = key("slip torque of the clutch, on its own shaft", None, gt=0)
+    engaging_time: Time | None = key("time of its linear rise from 0; default: at once", None, gt=0)
+    before: Time = key("time in the initial state that is also computed", 0.0, ge=0)
+    after: Time = key("time computed afterwards", 1.0, gt=0)
+    counting: CycleCounting | None = key("also count cycles of torque and stress", None)
     RULES = (
         refers("on", "machine.shaft_line.stations", "station"),
         refers("cylinder", "machine.crank_train.cylinders", "cylinder"),

@@ -61,23 +61,21 @@ DamperKind = Literal["viscous", "spring", "pendulum"]
 
 
 class LineDamper(Table):
-    """What hangs on a station. Its hub and casing belong to the inertia of the station."""
+    """Damper or pendulums on a station, whose inertia includes hub and casing."""
 
     name: Name = key("label in tables and `where`")
-    on: Name = key("name of the station that carries it")
-    kind: DamperKind = key("a ring in oil, a ring on springs, or pendulums")
+    on: Name = key("name of its station")
+    kind: DamperKind = key("viscous damper, ring on springs, or pendulums")
     inertia: Inertia | None = key("of the ring, about the axis of its station", None, gt=0)
     stiffness: AngularStiffness | None = key("of the springs between station and ring", None, ge=0)
     damping: AngularDamping = key("viscous, between station and ring or pendulums", 0.0, ge=0)
     loss_factor: Number = key("of the springs, k (1 + i loss_factor)", 0.0, ge=0, le=10)
     order: Number | None = key(
-        "of its station's own turns, to which pendulums are tuned", None, gt=0, le=400
+        "tuned order of pendulums, per turn of the station", None, gt=0, le=400
     )
     mass: Mass | None = key("of one pendulum", None, gt=0)
     count: int = key("equal pendulums", 1, strict=True, ge=1, le=1000)
-    arm_radius: Length | None = key(
-        "from the axis to the point that a pendulum swings about", None, gt=0
-    )
+    arm_radius: Length | None = key("from the axis to the pivot of a pendulum", None, gt=0)
     RULES = (
         by_kind(
             "damper",
@@ -107,7 +105,7 @@ class CrankDimensions(Table):
     journal_bore: Length = key("of a hollow journal", 0.0, ge=0)
     pin_diameter: Length = key("outer, of the crank pin", gt=0)
     pin_bore: Length = key("of a hollow pin", 0.0, ge=0)
-    web_thickness: Length = key("of one web, along the shaft", gt=0)
+    web_thickness: Length = key("of one web, axial", gt=0)
     web_width: Length = key("of a web, across the throw", gt=0)
     pin_recess: Length = key("of the pin's fillet into the web", 0.0, ge=0)
     journal_recess: Length = key("of the journal's fillet into the web", 0.0, ge=0)
@@ -124,13 +122,13 @@ class Throw(CrankDimensions):
     journal_length: Length = key("of one journal between two webs", gt=0)
     pin_length: Length = key("of the pin between the webs", gt=0)
     beyond_journal: Length | None = key(
-        "reach of a rectangular web behind the axis of the journal", None, gt=0
+        "of a rectangular web, beyond the axis of the journal", None, gt=0
     )
     beyond_pin: Length | None = key(
-        "and past that of the pin; without both a web ends in half discs", None, gt=0
+        "and beyond that of the pin; without both a web ends in half discs", None, gt=0
     )
     formula: Literal["source", "timoshenko", "carter", "ker_wilson"] = key(
-        "for the stiffness; they differ", "carter"
+        "formula of the stiffness", "carter"
     )
     density: Density = key("of the steel", 7850.0)
     shear_modulus: Modulus = key("of the steel", 80e9)
@@ -151,25 +149,23 @@ class Throw(CrankDimensions):
 
 
 class Station(Table):
-    """One inertia of the line, on the shaft whose speed it has."""
+    """One inertia of the line, on its own shaft."""
 
     name: Name = key("label used in tables, in `between` and in `where`")
-    inertia: Inertia | None = key(
-        "about its own axis, at its own speed; 0: a point without mass", None, ge=0
-    )
+    inertia: Inertia | None = key("on its own shaft; 0: a point without mass", None, ge=0)
     throw: Throw | None = key(
         "dimensions that give the inertia, with rod and piston of its cylinders", None
     )
-    cylinder: Name | None = key("name of the cylinder that turns it", None)
+    cylinder: Name | None = key("name of the cylinder at this station", None)
     cylinders: tuple[Name, ...] = key(
-        "instead, names of several on one throw, as in a V engine", (), max_length=8
+        "instead, names of several cylinders on one throw, as in a V engine", (), max_length=8
     )
     absolute_damping: AngularDamping = key(
         "against the steady rotation, on its own shaft", 0.0, ge=0
     )
     over_speed: OverSpeed | None = key("factor on absolute_damping against the speed", None)
     ground_stiffness: AngularStiffness = key(
-        "to the steady rotation; a line on an unlimited grid has some", 0.0, ge=0
+        "to the steady rotation, as of an infinite grid", 0.0, ge=0
     )
     RULES = (
         refuse(
@@ -210,7 +206,7 @@ class Section(Table):
     end_inner_diameter: Length | None = key(
         "of the bore at the other end; default: the same", None, ge=0
     )
-    length: Length = key("that twists", gt=0)
+    length: Length = key("twisted length", gt=0)
     shear_modulus: Modulus = key("of the material", 80e9)
     RULES = (below("inner_diameter", "outer_diameter", _NARROWER), _cone)
 
@@ -226,11 +222,11 @@ _TO_ITSELF = refuse(
 
 
 class Shaft(Table):
-    """What twists between two stations: a shaft, a throw or an elastic coupling."""
+    """Elastic element between two stations: a shaft, a throw or a coupling."""
 
     name: Name | None = key("label; default: 'first - second'", None)
     between: TwoNames | None = key(
-        "names of two stations; without any: from each to the next", None
+        "names of two stations; default: from each station to the next", None
     )
     stiffness: AngularStiffness | None = key(
         "on its own shaft; or section, throw, coupling", None, gt=0
@@ -238,11 +234,11 @@ class Shaft(Table):
     section: Section | None = key("dimensions that give the stiffness", None)
     throw: Throw | None = key("of a crank, that give the stiffness", None)
     coupling: Coupling | None = key(
-        "an elastic coupling by its maker's table, with damping and limits", None
+        "elastic coupling by catalogue values, with damping and limits", None
     )
     damping: AngularDamping | None = key("viscous, of the twist; default: none", None, ge=0)
     damping_ratio: Number | None = key(
-        "instead: of the two neighbouring inertias against each other, were they alone",
+        "instead: fraction of critical, of the two neighbouring inertias alone",
         None,
         ge=0,
         le=10,
@@ -257,12 +253,12 @@ class Shaft(Table):
     over_speed: OverSpeed | None = key(
         "factor on its damping and loss factor against the speed", None
     )
-    diameter: Length | None = key("of the solid shaft where the stress is read", None, gt=0)
+    diameter: Length | None = key("of the solid shaft where stress is evaluated", None, gt=0)
     section_modulus: SectionModulus | None = key(
-        "polar, instead of diameter: stress is torque over it", None
+        "polar, instead of diameter: stress is torque over this", None
     )
     tensile_strength: Stress | None = key("of the material, for a class rule", None, gt=0)
-    fatigue: FatigueLine | None = key("S-N line, for the cycles that a change in time counts", None)
+    fatigue: FatigueLine | None = key("S-N line, for cycle counts of transients", None)
     RULES = (
         one_of("stiffness", "section", "throw", "coupling"),
         at_most_one("coupling", "loss_factor"),
@@ -305,7 +301,7 @@ class Shaft(Table):
 
 
 class Gear(Table):
-    """Two stations on two shafts that turn together."""
+    """A gear between two stations."""
 
     name: Name | None = key("label; default: 'first - second'", None)
     between: TwoNames = key("names of two stations")
@@ -313,10 +309,8 @@ class Gear(Table):
         "speed of the second over that of the first; or teeth", None, ge=1e-6, le=1e6
     )
     teeth: tuple[Teeth, Teeth] | None = key("of the first and of the second wheel", None)
-    reverses: bool = key("the second one turns the other way", True, strict=True)
-    mesh_stiffness: LinearStiffness | None = key(
-        "along the line of action; default: rigid teeth", None
-    )
+    reverses: bool = key("the second wheel turns the other way", True, strict=True)
+    mesh_stiffness: LinearStiffness | None = key("along the line of action; default: rigid", None)
     pitch_radius: Length | None = key(
         "of the first wheel, with mesh_stiffness; it gives tooth forces", None, gt=0
     )
@@ -342,18 +336,18 @@ class Gear(Table):
 
 
 class Load(Table):
-    """A torque that something takes from the line, apart from what balances the mean torque."""
+    """A mean torque absorbed at a station, other than `balanced_by`."""
 
     on: Name = key("name of a station")
     torque: Moment | None = key(
         "mean, at the operating speed, on its own shaft; positive brakes", None
     )
-    exponent: Number = key("of the speed: 0 constant, 2 as a propeller", 0.0, ge=0, le=4)
+    exponent: Number = key("of the speed: 0 constant, 2 propeller", 0.0, ge=0, le=4)
     curve: LoadCurve | None = key(
-        "instead of torque and exponent: a table or a CSV over the speed", None
+        "instead of torque and exponent: over speed, a table or a CSV", None
     )
     propeller_damping: PropellerDamping | None = key(
-        "absolute damping of its station that follows from this torque", None
+        "absolute damping of its station from this torque", None
     )
     RULES = (one_of("torque", "curve"), at_most_one("curve", "exponent"))
 
@@ -379,11 +373,11 @@ class ShaftLine(Table):
     """Inertias, shafts, gears and dampers of the whole installation."""
 
     stations: tuple[Station, ...] = key(
-        "inertias in their order, also as a CSV", min_length=1, max_length=2000
+        "inertias in order, also as a CSV", min_length=1, max_length=2000
     )
-    shafts: tuple[Shaft, ...] = key("between them, also a CSV", (), max_length=4000)
-    gears: tuple[Gear, ...] = key("between two shafts, also a CSV", (), max_length=64)
-    dampers: tuple[LineDamper, ...] = key("attached to stations", (), max_length=16)
+    shafts: tuple[Shaft, ...] = key("between stations, also as a CSV", (), max_length=4000)
+    gears: tuple[Gear, ...] = key("between two shafts, also as a CSV", (), max_length=64)
+    dampers: tuple[LineDamper, ...] = key("dampers and pendulums on stations", (), max_length=16)
     balanced_by: Name | None = key("station that balances the mean torque; default: the last", None)
     speed_of: Name | None = key(
         "without cylinders: name of the station that turns with machine.speed; default: the first",
@@ -391,7 +385,7 @@ class ShaftLine(Table):
     )
     absorbed_torques: tuple[Load, ...] = key("mean torques of other stations", (), max_length=64)
     excitations: tuple[StationExcitation, ...] = key(
-        "torques that alternate, beside those of cylinders", (), max_length=64
+        "alternating torques, besides those of cylinders", (), max_length=64
     )
     engine_damping: EngineDamping | None = key(
         "absolute damping at every station with a cylinder", None

@@ -53,16 +53,20 @@ DampingRatio = Annotated[float, Field(ge=0, lt=1), Unit("")]
 
 
 class LineSpeeds(Table):
-    """Crank speeds from one to another."""
+    """Range of crank speeds."""
 
     model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
 
     start: AngularSpeed = key("lowest", alias="from", gt=0)
     stop: AngularSpeed = key("highest", alias="to", gt=0)
     points: int = key(
-        "both ends included; maxima between them are found", 801, strict=True, ge=2, le=1_000_000
+        "number of points, ends included; maxima between them are found",
+        801,
+        strict=True,
+        ge=2,
+        le=1_000_000,
     )
-    spacing: Literal["linear", "logarithmic"] = key("between them", "linear")
+    spacing: Literal["linear", "logarithmic"] = key("spacing of the points", "linear")
     RULES = (ordered("from", "to", "speeds go from a lower one to a higher one"),)
 
 
@@ -72,8 +76,8 @@ class LineOrders(Table):
     step: Number | None = key(
         "0.5 or 1; default: 0.5 of a four-stroke, 1 of a two-stroke engine", None, gt=0, le=1
     )
-    count: Annotated[int, Field(strict=True, ge=1, le=800)] | None = key("how many", None)
-    highest: Number | None = key("instead of count", None, gt=0, le=400)
+    count: Annotated[int, Field(strict=True, ge=1, le=800)] | None = key("number of orders", None)
+    highest: Number | None = key("highest order, instead of count", None, gt=0, le=400)
     RULES = (
         at_most_one("count", "highest"),
         refuse(
@@ -96,13 +100,13 @@ class ProportionalDamping(Table):
     """Damping by mode, instead of that of shafts, stations and dampers."""
 
     kind: Literal["rayleigh", "modal"] = key(
-        "a J + b K through two ratios, or a ratio for every mode"
+        "J and K proportional (rayleigh), or a ratio for every mode"
     )
     modes: tuple[ModeNumber, ...] = key(
-        "two that ratios belong to, of rayleigh; the rigid mode is number 1", (), max_length=2
+        "the two modes of the ratios, for rayleigh; the rigid mode is 1", (), max_length=2
     )
     ratios: tuple[DampingRatio, ...] = key(
-        "of the two modes, or of all; one number alone is for all of them",
+        "of the two modes, or of all; a single number is for all",
         min_length=1,
         max_length=2000,
     )
@@ -124,20 +128,20 @@ class ProportionalDamping(Table):
 
 
 class AsPublished(Table):
-    """The modal route of the source: one mode at a time, with its dynamic magnifier."""
+    """The source's modal method: one mode at a time, with its dynamic magnifier."""
 
     damping_ratio: DampingRatio = key("of every mode", 0.01)
     magnifier: Literal["undamped", "empirical", "damped"] = key(
         "of each order; empirical: 3.8 over the fourth root, on a critical", "damped"
     )
-    modes: ModeNumber = key("how many elastic modes, from the lowest", 3)
+    modes: ModeNumber = key("number of elastic modes, from the lowest", 3)
 
 
 class VariableInertia(Table):
-    """The inertia of the crank train as it changes over the revolution."""
+    """The variable inertia of the crank train over a revolution."""
 
     orders: Annotated[int, Field(strict=True, ge=1, le=400)] | None = key(
-        "highest harmonic of the motion; without it the tolerance decides", None
+        "highest harmonic of the motion; default: as the tolerance needs", None
     )
 
 

@@ -285,7 +285,7 @@ Value = Annotated[
 
 
 class RunUp(Table):
-    """A range of speeds passed slowly: at each speed the peak over the cycle."""
+    """A slow run-up: at each speed the peak over the cycle."""
 
     model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
 

@@ -81,19 +81,19 @@ Settings = Annotated[
 
 
 class StockItem(Table):
-    """One thing that can be bought: the keys that it settles, together."""
+    """One stock item: the values that it sets, together."""
 
-    name: Name = described("as it is ordered: label in tables")
+    name: Name = described("name or part number, shown in tables")
     values: Settings = described("key of the table -> its value, SI or with a unit")
 
 
 class Stock(Table):
-    """Things of which one is picked, as the mounts of a catalogue."""
+    """A stock of which one item is picked, such as a catalogue of mounts."""
 
     name: ResultName = described("names the results: letters, digits and _")
-    table: Key = described("table of the case that takes over what is picked")
-    also: tuple[Key, ...] = described("further tables that take over the same", (), max_length=32)
-    items: tuple[StockItem, ...] = described("what there is", (), max_length=1000)
+    table: Key = described("table of the case that takes the item's values")
+    also: tuple[Key, ...] = described("further tables that take the same values", (), max_length=32)
+    items: tuple[StockItem, ...] = described("items to choose from", (), max_length=1000)
     catalogue: str | None = described(
         "CSV with a line for each, or TOML with a table for each, instead of items", None
     )
@@ -101,7 +101,7 @@ class Stock(Table):
 
 
 class Tolerance(Table):
-    """How far a key scatters about its value, from one machine built to the next."""
+    """Scatter of a key about its value, from one machine built to the next."""
 
     key: Key = described("as in machine.mounts.each.stiffness")
     half_width: Value | None = described(
@@ -114,12 +114,14 @@ class Tolerance(Table):
 
 
 class Robust(Table):
-    """Improve, and hold to the limits, the mean plus so many deviations over tolerances."""
+    """Improve, and check limits for, the mean plus some standard deviations over tolerances."""
 
     tolerances: tuple[Tolerance, ...] = described(
         "keys that scatter, each on its own", min_length=1, max_length=32
     )
-    sigmas: Number = described("deviations added to the mean, to the worse side", 2.0, ge=0, le=10)
+    sigmas: Number = described(
+        "standard deviations added to the mean, to the worse side", 2.0, ge=0, le=10
+    )
     samples: Annotated[int, Field(strict=True, ge=8, le=65536)] = described(
         "machines drawn, the same ones for all candidates: a power of two is best", 64
     )
@@ -136,18 +138,18 @@ class Robust(Table):
 class TiedKey(Table):
     """A key that follows a variable: factor times its value, plus an offset."""
 
-    key: Name = described("the key that follows")
+    key: Name = described("the tied key")
     factor: Number = described("times the value of the variable", 1.0)
     offset: Value | None = described("added to that, SI or with a unit; default: 0", None)
 
 
 class Variable(Table):
-    """One key of the case that the optimiser may change, with the keys that follow it."""
+    """A design variable: one key of the case, with the keys tied to it."""
 
     key: Name = described("as in machine.mounts.each.stiffness or ...cylinders[0].position")
     lower: Value | None = described("lower bound, SI or with a unit", None)
     upper: Value | None = described("upper bound, SI or with a unit", None)
-    integer: bool | None = described("whole numbers between the bounds only", None, strict=True)
+    integer: bool | None = described("integers between the bounds only", None, strict=True)
     choices: Labels = described(
         "the values that it may take, instead of bounds: SI, with a unit, or names", ()
     )
@@ -171,24 +173,24 @@ class Variable(Table):
 
 
 class Objective(Table):
-    """The quantity to make small or large; on an array its worst entry counts."""
+    """The quantity to minimise or maximise; of an array the worst entry counts."""
 
     quantity: ResultPath = described("result path")
-    where: Where = described("picks entries along named axes", default_factory=dict)
-    sense: Literal["min", "max"] = described("make it small or large", "min")
+    where: Where = described("selects entries by named axes", default_factory=dict)
+    sense: Literal["min", "max"] = described("minimise or maximise", "min")
 
 
 class Optimisation(Table):
-    """Change some keys within bounds until the objective is best and all limits are kept."""
+    """Vary keys within bounds for the best objective with all limits kept."""
 
-    variables: tuple[Variable, ...] = described("what to change", (), max_length=32)
+    variables: tuple[Variable, ...] = described("design variables", (), max_length=32)
     stock: tuple[Stock, ...] = described(
         "things of which one is picked, each several keys together", (), max_length=8
     )
     robust: Robust | None = described(
         "improve the mean plus some deviations over tolerances of keys", None
     )
-    objective: Objective = described("what to improve")
+    objective: Objective = described("result to minimise or maximise")
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = described(
         "starting points spread over the bounds, besides the case as written", 8
     )
@@ -230,21 +232,21 @@ class Optimisation(Table):
 
 
 class Find(Table):
-    """Change one key between bounds until a result has a wanted value, or is at its extreme."""
+    """Vary one key between bounds until a result has a wanted value or an extreme."""
 
     name: ResultName = described("names the results find/<name>/...: letters, digits and _")
-    key: Key = described("the number that is changed, as in machine.crank_train.rod_length")
+    key: Key = described("the varied number, as in machine.crank_train.rod_length")
     also: tuple[Key, ...] = described(
         "further keys, changed in the same ratio as this one", (), max_length=32
     )
-    lower: Value = described("smallest value examined, SI or with a unit")
-    upper: Value = described("largest value examined, SI or with a unit")
+    lower: Value = described("smallest value searched, SI or with a unit")
+    upper: Value = described("largest value searched, SI or with a unit")
     quantity: ResultPath = described("result path")
     where: Where = described(
         "picks an entry along named axes; of several left the largest counts", default_factory=dict
     )
-    target: Value | None = described("the value wanted; or", None)
-    change: Value | None = described("what is wanted less what the case as written gives; or", None)
+    target: Value | None = described("wanted value; or", None)
+    change: Value | None = described("wanted change from the case as written; or", None)
     seek: Literal["minimum", "maximum"] | None = described(
         "the extreme between the bounds, instead of a value", None
     )
@@ -297,9 +299,9 @@ _FIRST = "write the values of the fit into the case, then search"
 
 
 class Fit(Table):
-    """Change some keys within bounds until the results come closest to what was measured."""
+    """Vary keys within bounds for the best fit of results to measurements."""
 
-    variables: tuple[Variable, ...] = described("what to fit", min_length=1, max_length=32)
+    variables: tuple[Variable, ...] = described("keys to fit", min_length=1, max_length=32)
     references: Literal["measured", "all"] = described(
         "what it is fitted to: references of kind measured, or all of them; those with "
         "a known_difference are left out",
@@ -334,14 +336,16 @@ class Fit(Table):
 
 
 class Distribution(Table):
-    """How a key scatters; mean and deviation are those of the key itself, in every kind."""
+    """Distribution of a key; mean and deviation are those of the key itself, in every kind."""
 
     kind: Literal["uniform", "normal", "lognormal", "triangular"] = described(
         "uniform and triangular need lower and upper, the others mean and deviation"
     )
     lower: Value | None = described("smallest value", None)
     upper: Value | None = described("largest value", None)
-    mode: Value | None = described("likeliest value of a triangular one; default: half way", None)
+    mode: Value | None = described(
+        "most likely value of a triangular distribution; default: half way", None
+    )
     mean: Value | None = described("mean", None)
     deviation: Value | None = described("standard deviation", None)
     RULES = (
@@ -372,7 +376,7 @@ class Along(Table):
     spacing: Literal["linear", "log"] | None = described(
         "equal steps or equal ratios; default: linear", None
     )
-    distribution: Distribution | None = described("how the key scatters", None)
+    distribution: Distribution | None = described("random distribution of the key", None)
     RULES = (
         one_of("values", "from to", "distribution", allowed="values, from and to, or distribution"),
         needs("from", "to"),
@@ -399,7 +403,7 @@ class Sweep(Table):
     keep: Annotated[tuple[ResultPath, ...], Field(max_length=200)] = described(
         "result paths to keep; default: single numbers, and those with a limit", ()
     )
-    objective: Objective | None = described("what the best of the points is by; it is kept", None)
+    objective: Objective | None = described("selects the best of the points; always kept", None)
     sampling: Literal["grid", "latin_hypercube", "sobol", "monte_carlo"] = described(
         "all combinations, or points spread over the axes", "grid"
     )

@@ -48,22 +48,22 @@ _AT_START = refuse(
 
 
 class Printed(Table):
-    """What a published or measured number and a table of such numbers have in common."""
+    """Common keys of published or measured numbers."""
 
     quantity: ResultPath = key("result path")
-    where: Where = key("picks one entry along named axes", default_factory=dict)
-    unit: str = key("unit of what is printed, if that does not carry it", "")
+    where: Where = key("selects one entry by named axes", default_factory=dict)
+    unit: str = key("unit of the printed number, if not written with it", "")
     rtol: Number | None = key("relative tolerance", None, gt=0, lt=1)
     digits: Literal["rounded", "truncated"] = key(
-        "truncated: within a whole unit of the last digit, not half of one", "rounded"
+        "truncated: a whole unit of the last digit is allowed, instead of half", "rounded"
     )
     source: Name = key("table, figure or page")
     kind: Literal["published", "measured"] = key(
-        "measured numbers are shown and never counted", "published"
+        "measured numbers are shown but not counted", "published"
     )
-    known_difference: str = key("why the source differs; then it is not counted", "")
-    shown_by: str = key("test that reproduces what is printed, or 'not reproducible: ...'", "")
-    at: Literal["start", "optimum"] = key("for cases with [optimisation]", "optimum")
+    known_difference: str = key("reason for a difference; the number is then not counted", "")
+    shown_by: str = key("test that reproduces the printed number, or 'not reproducible: ...'", "")
+    at: Literal["start", "optimum"] = key("start or optimum of an [optimisation]", "optimum")
     uncertainty: Value | None = key(
         "standard uncertainty for [fit], in the unit of what is printed or in %; "
         "default: the tolerance over sqrt 3",
@@ -74,7 +74,7 @@ class Printed(Table):
 class Reference(Printed):
     """A published or measured number for this machine, shown next to ours."""
 
-    value: Value = key("as printed: its last digit sets the default tolerance")
+    value: Value = key("as printed; its last digit sets the default tolerance")
     atol: Value | None = key("absolute tolerance, in the value's unit", None)
     RULES = (at_most_one("rtol", "atol"), _UNIT_ONCE, _AT_START)
 
@@ -103,19 +103,23 @@ def _numbers(row: Row) -> Iterator[Problem]:
 
 
 class ReferenceTable(Printed):
-    """Published or measured numbers for many entries of one quantity, one row for each."""
+    """Published or measured numbers for many entries of one quantity, one per row."""
 
-    axis: ResultAxis = key("axis that the rows pick entries of; `where` is of the others")
+    axis: ResultAxis = key("axis of the rows; `where` selects along the others")
     file: str = key(
-        "CSV next to the case, its first column entries; instead of entry and value", ""
+        "CSV next to the case with the entries in its first column, instead of entry and value", ""
     )
-    column: str = key("name of the file's column that holds the values", "")
-    entry: Labels = key("entries of the axis, one for each value", ())
+    column: str = key("column of the values in the file", "")
+    entry: Labels = key("entries of the axis, one per value", ())
     value: tuple[Value, ...] = key(
-        "as printed: last digits set the tolerance", (), max_length=20_000
+        "as printed; last digits set the tolerance", (), max_length=20_000
     )
-    uncertainty_column: str = key("name of the file's column that holds uncertainties, instead", "")
-    uncertainties: tuple[Value, ...] = key("one for each value, instead", (), max_length=20_000)
+    uncertainty_column: str = key(
+        "column of the uncertainties in the file, instead of uncertainty", ""
+    )
+    uncertainties: tuple[Value, ...] = key(
+        "one per value, instead of uncertainty", (), max_length=20_000
+    )
     RULES = (
         at_most_one("uncertainty", "uncertainty_column", "uncertainties"),
         same_length("value", "uncertainties"),
@@ -128,38 +132,40 @@ class ReferenceTable(Printed):
 
 
 class Revision(Table):
-    """A row of the history."""
+    """A row of the revision history."""
 
     revision: str = key("letter or number")
     date: str = key("of issue", "")
-    text: str = key("what has changed", "")
+    text: str = key("description of the change", "")
 
 
 class Document(Table):
     """Title block of a report."""
 
-    project: str = key("name or number", "")
-    customer: str = key("made for", "")
-    number: str = key("of the document", "")
+    project: str = key("project name or number", "")
+    customer: str = key("name of the customer", "")
+    number: str = key("document number", "")
     revision: str = key("letter or number", "")
     date: str = key("of issue", "")
-    author: str = key("made by", "")
-    checked: str = key("by", "")
-    approved: str = key("by", "")
-    remarks: str = key("below the summary", "")
-    history: tuple[Revision, ...] = key("oldest first", (), max_length=50)
+    author: str = key("prepared by", "")
+    checked: str = key("checked by", "")
+    approved: str = key("approved by", "")
+    remarks: str = key("text below the summary", "")
+    history: tuple[Revision, ...] = key("revisions, oldest first", (), max_length=50)
 
 
 class Limit(Table):
-    """A bound that a result has to keep; the optimiser takes the same list."""
+    """A limit on a result; the optimiser observes it too."""
 
     quantity: ResultPath = key("result path")
-    where: Where = key("picks entries along named axes", default_factory=dict)
-    max: Value | None = key("upper bound, SI or with a unit", None)
-    min: Value | None = key("lower bound, SI or with a unit", None)
-    source: str = key("where the bound comes from", "")
-    expect: Literal["kept", "broken"] = key("broken: for a demonstration", "kept")
-    at: Literal["start", "optimum"] = key("for cases with [optimisation]", "optimum")
+    where: Where = key("selects entries by named axes", default_factory=dict)
+    max: Value | None = key("upper limit, SI or with a unit", None)
+    min: Value | None = key("lower limit, SI or with a unit", None)
+    source: str = key("origin of the limit", "")
+    expect: Literal["kept", "broken"] = key(
+        "broken: the case demonstrates an exceeded limit", "kept"
+    )
+    at: Literal["start", "optimum"] = key("start or optimum of an [optimisation]", "optimum")
     RULES = (
         refuse(
             "",
