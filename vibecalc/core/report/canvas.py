@@ -69,8 +69,16 @@ def canvas(result: Any, subtitle: str, height: float) -> "Figure":
     figure = Sheet(figsize=(WIDTH, min(TYPE / 10.0 * height, _HIGHEST)), layout="constrained")
     FigureCanvasAgg(figure)
     title = str(result.case.get("title") or result.name)
-    figure.suptitle("\n".join(fold(f"{title}\n{subtitle}".rstrip(), LETTERS)), fontsize=9)
+    lines = [line for words in f"{title}\n{subtitle}".split("\n") for line in _even(words)]
+    figure.suptitle("\n".join(lines).rstrip(), fontsize=9)
     return figure
+
+
+def _even(words: str) -> list[str]:
+    """Lines no wider than the page, and as few, of even width."""
+    fewest = len(fold(words, LETTERS))
+    widths = range(LETTERS // 2, LETTERS) if fewest > 1 else ()
+    return fold(words, next((n for n in widths if len(fold(words, n)) == fewest), LETTERS))
 
 
 def panels_of(figure: "Figure", count: int, columns: int, **more: Any) -> list[Any]:

@@ -184,7 +184,7 @@ class Curve:
                 else:
                     axes.vlines(x, y, top, **{"linewidth": 9.0, **look})
             elif self.bars:
-                if not np.any(np.abs(y) > _UNSEEN * np.nanmax(np.abs(quantity.values))):
+                if not np.any(np.abs(row) > _UNSEEN * np.nanmax(np.abs(quantity.values))):
                     look["label"] = None
                 aside, colour = plot.bars(x, y, look), TOTAL
                 self._ranges(plot, x + aside, y, place)
