@@ -70,7 +70,7 @@ VALUES: list[tuple[dict[str, Any], str, str]] = [
     (spread(PHASE, "-5 deg", "5 deg", 3, spacing="log"), "spacing", "never pass zero"),
     (spread(ORDERS, 10, 80, 4), "points", "whole numbers only | 33.3333333 and 1 more"),
     (spread(MODEL, 1, 2, 3), "from", "is a choice"),
-    ({"key": STIFFNESS, **HALF}, "distribution", "a grid does not draw"),
+    ({"key": STIFFNESS, **HALF}, "distribution", "a grid has no random values"),
 ]
 #: distributions that are none: kind, parameters, words
 DISTRIBUTIONS: list[tuple[str, dict[str, Any], str]] = [
@@ -168,7 +168,7 @@ def test_sweeps_that_cannot_be_meant(name: str) -> None:
         ({"points": 8}, "points", "points belongs to a sampling"),
         ({"seed": 8}, "seed", "seed belongs to a sampling"),
         ({"sampling": "sobol", "points": 1}, "points", "points is out of range"),
-        ({"keep": ["a/b", "a/b"]}, "keep", "stands twice"),
+        ({"keep": ["a/b", "a/b"]}, "keep", "is given twice"),
         ({"indices": True}, "indices", "Sobol indices"),
         ({"sampling": "latin_hypercube", "indices": True}, "indices", "Sobol indices"),
     ],
@@ -188,7 +188,7 @@ PEAK = "isolation/couple_over_lever/steady_peak"
     ("kept", "axes", "words"),
     [
         (["isolation/couple_over_lever/steady_peek"], (), f"did you mean '{PEAK}'?"),
-        (["excitation/residual"], (), "no table of this case asks for it"),
+        (["excitation/residual"], (), "no table of this case requests it"),
         (
             ["isolation/couple_over_lever/run_up"],
             (),

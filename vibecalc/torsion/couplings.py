@@ -166,7 +166,7 @@ def _own(line_at: Callable[[float], Line], number: int, frequency: float) -> Mod
             )
         last, at = (at, left), at + left / (1.0 - slope)
     raise NumericalFailure(
-        f"mode {number + 1} of the shaft line, near {at:.6g} rad/s, has no frequency of its own: "
+        f"mode {number + 1} of the shaft line, near {at:.6g} rad/s, has no natural frequency: "
         "its couplings stiffen as fast as it rises"
     )
 
