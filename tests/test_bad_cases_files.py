@@ -169,7 +169,7 @@ def test_links(tmp_path: Path) -> None:
     folder = tmp_path / "cases"
     folder.mkdir()
     (folder / "link.csv").symlink_to(tmp_path / "table.csv")
-    assert "has to lie in the folder" in refused(folder, PRESSURE, "link.csv")
+    assert "has to be in the folder" in refused(folder, PRESSURE, "link.csv")
     (folder / "round.csv").symlink_to(folder / "round.csv")
     refused(folder, PRESSURE, "round.csv")
     (folder / "dead.csv").symlink_to(folder / "nothing.csv")

@@ -17,11 +17,11 @@ TRAIN, CYCLE = "machine__crank_train__", "machine__crank_train__pump_cycle__"
 PHYSICS: tuple[tuple[dict[str, Any], tuple[str, ...]], ...] = (
     (
         {"isolation__model": "rigid_body"},
-        ("leave the body free", "turning about y", "'planar' for two mounts"),
+        ("do not restrain the body", "turning about y", "'planar' for two mounts"),
     ),
     (
         {"machine__mounts__positions": [[0.0, 0.0, -0.2]]},
-        ("free in the plane of the crank", "nothing resists rotation about x through (0, 0, -0.2)"),
+        ("in the plane of the crank", "nothing resists turning about x through (0, 0, -0.2)"),
     ),
     (
         {
@@ -38,14 +38,14 @@ PHYSICS: tuple[tuple[dict[str, Any], tuple[str, ...]], ...] = (
         {"machine__body__inertia_products": [0.5, 0.0, 0.0]},
         ("mass couples", "turning about x with turning about y"),
     ),
-    ({"isolation__up": "x"}, ("with the crankshaft level", "up = 'x'")),
+    ({"isolation__up": "x"}, ("the crankshaft is horizontal", "up = 'x'")),
     (
         {f"{CYCLE}bulk_modulus": 1e14},
         ("too stiff", "9.8e-08 of its volume", "1.5 to 2.3 GPa"),
     ),
     (
         {f"{CYCLE}dead_volume": 0.02},
-        ("draws nothing", "109.2 cm^3 of 62.83 cm^3", "below 1.151e+04 cm^3"),
+        ("delivers nothing", "109.2 cm^3 of 62.83 cm^3", "below 1.151e+04 cm^3"),
     ),
 )
 
@@ -64,7 +64,7 @@ FORM: tuple[tuple[dict[str, Any], tuple[str, ...]], ...] = (
     ({"machine__shell": {"inertia": 1.0}}, ("of kind 'pump' has no [machine.shell]",)),
     ({f"{TRAIN}gas_interpolation": "cubic"}, ("of kind 'pump' has no gas_interpolation",)),
     ({"machine__kind": "engine"}, ("[machine.crank_train.pump_cycle] is for a machine of kind",)),
-    ({"machine__kind": "generator"}, ("is for a machine of kind 'pump'", "kind = 'generator'")),
+    ({"machine__kind": "machine"}, ("is for a machine of kind 'pump'", "kind = 'machine'")),
 )
 
 

@@ -104,7 +104,7 @@ def _secondary(machine: Row, one: Row, built: set[str]) -> Iterator[Problem]:
             yield one.problem(
                 foreign[0],
                 f"{foreign[0]} belongs to {other}, and the primary is "
-                + (f"in {motion}" if motion else "of ratios alone"),
+                + (f"in {motion}" if motion else "given by ratios alone"),
                 allowed=", ".join(
                     (*MOTIONS.get(motion, ()), MASSES[0], STIFFNESSES[0], DAMPERS[0])
                 ),
@@ -355,7 +355,7 @@ def _friction_damper(row: Row) -> Iterator[Problem]:
             yield damper.problem(
                 key,
                 f"{key} belongs to {other}, and the primary is "
-                + (f"in {motion}" if motion else "of ratios alone"),
+                + (f"in {motion}" if motion else "given by ratios alone"),
                 allowed=", ".join((*_RUBBED.get(motion, ()), "mass_ratio", "friction_ratio")),
                 also=PRIMARY,
             )

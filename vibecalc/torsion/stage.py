@@ -141,7 +141,10 @@ def _picked(case: "Case", line: "ShaftLine", torsion: "Torsion", ranged: bool) -
     bored, own = train is not None and train.bore, torsion.damping_model is None
     modal = torsion.damping_model is not None and torsion.damping_model.kind == "modal"
     lacking = _without(
-        (line.dampers, "ring_shape /damper/ /bare/ /reduction /speeds/heat /speeds/travel"),
+        (
+            line.dampers,
+            "ring_shape /damper/ /without_dampers/ /reduction /speeds/heat /speeds/travel",
+        ),
         (line.dampers, "/largest/heat /largest/travel"),
         (line.gears, "gear /hammering/"),
         (torsion.campbell and modes_follow_speed(case), "/campbell/"),
@@ -159,7 +162,10 @@ def _picked(case: "Case", line: "ShaftLine", torsion: "Torsion", ranged: bool) -
         (train and train.tangential_effort is None, "/excitation/pressure"),
         (bored, "tangential_pressure mean_indicated_pressure"),
         (named_couplings(case), "/coupling/"),
-        (coupling_limits(case), "/coupling/largest_use /coupling/use /coupling/speeds/use"),
+        (
+            coupling_limits(case),
+            "/coupling/largest_utilisation /coupling/utilisation /coupling/speeds/utilisation",
+        ),
         (torsion.misfire, "/healthy/"),
         (torsion.limits, "/barred/ /exceeded/ healthy/limit/"),
         (own and has_laws(line), "/damping/"),
@@ -255,6 +261,7 @@ def _studies(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[St
         lacking = _without(
             (speeds, f"{PUBLISHED}twist_magnitude"),
             (published.magnifier != "undamped", "critical largest_twist"),
+            (has_holzer(case), "residual"),
         )
         paths = below(PUBLISHED, lacking)
         yield _stage(
@@ -463,7 +470,7 @@ SUBJECT = Subject(
         "torsion_transient": "vibecalc.torsion.pictures.studies:TORSION_TRANSIENT",
         "torsion_waterfall": "vibecalc.torsion.pictures.studies:draw_torsion_waterfall",
         "torsion_couplings": "vibecalc.torsion.pictures.speeds:TORSION_COUPLINGS",
-        "torsion_dampers": "vibecalc.torsion.pictures.speeds:TORSION_DAMPERS",
+        "torsion_twists": "vibecalc.torsion.pictures.speeds:TORSION_TWISTS",
         "torsion_variable_inertia": "vibecalc.torsion.pictures.studies:VARIABLE_INERTIA",
         "torsion_as_published": "vibecalc.torsion.pictures.studies:AS_PUBLISHED",
         "damper_map": "vibecalc.torsion.pictures.studies:draw_damper_map",

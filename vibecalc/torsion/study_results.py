@@ -25,6 +25,9 @@ _BY_ELASTIC_MODE = "elastic_mode order"
 AS_PUBLISHED = under(
     f"{ROOT}/as_published",
     entry("natural_frequency", "elastic_mode", "rad/s", "undamped"),
+    entry("residual", "frequency", "",
+          "Holzer's table: torque of the last row over the sum of all inertia torques; 0 at a "
+          "natural frequency"),
     entry("rayleigh_inertia", "", "1/s", "factor of the inertia in Rayleigh damping"),
     entry("rayleigh_stiffness", "", "s", "factor of the stiffness in Rayleigh damping"),
     entry("rayleigh_damping_ratio", "elastic_mode", "",
@@ -153,7 +156,7 @@ TRANSIENTS = (
         _study("clutch/common_speed", "", "rad/s",
                "mean crank speed at that time, from the momentum of both parts"),
         _study("clutch/engagements", "", "", "number of times it locks"),
-        _study("clutch/use", "", "",
+        _study("clutch/utilisation", "", "",
                "largest torque while locked / friction torque; 1: where it slips"),
         _study("clutch/slip_speed", "clutch_time", "rad/s",
                "of its plates, first end minus second, not referred", curve="clutch_slip"),

@@ -80,7 +80,7 @@ def parsed(text: str) -> dict[str, Any]:
             else "the file is not JSON, it ends too early"
         ) from None
     except (RecursionError, ValueError):  # brackets without end, a number of 5000 digits
-        raise NoAssembly("the file is not JSON that can be read") from None
+        raise NoAssembly("the file is not readable JSON") from None
     if not isinstance(data, dict) or not isinstance(data.get("components"), list):
         found = f"the keys {', '.join(map(repr, list(data)[:6]))}" if isinstance(data, dict) else ""
         raise NoAssembly(
