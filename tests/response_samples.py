@@ -21,7 +21,7 @@ def compressor(*parts: list[Quantity], **tables: Any) -> Result:
     chosen = parts or (motion(), modes(), response(), operations(), switching(), impact())
     for item in (item for part in chosen for item in part):
         record.add(item)
-    switched = {"between": ["A+B", "A"], "settled": 0.05}
+    switched = {"between": ["A+B", "A"], "settling_tolerance": 0.05}
     study = {"method": "event_exact", "members": 64, "revolutions": 30, "discard": 10}
     case = {
         "schema": 1,

@@ -51,12 +51,12 @@ def checked(folder: Path, *rows: str, head: str = HEAD, verb: str = "check") -> 
         (STIFFNESS, "machine.motor.torque.cosine[0]", "machine has no key 'motor'"),
         (STIFFNESS, "machine.crank_train.cylinders[7].crank_phase", "[0] to [2], so no [7]"),
         ('"1 N/mm"', '"1 kg"', "found '1 kg', a mass"),
-        ('"1 N/mm"', '"-1 N/mm"', "lower is a value that machine.mounts.each.stiffness must not"),
-        ('"1 N/mm"', '"100 N/mm"', "lower < upper"),
+        ('"1 N/mm"', '"-1 N/mm"', "min is a value that machine.mounts.each.stiffness must not"),
+        ('"1 N/mm"', '"100 N/mm"', "min < max"),
         (FREQUENCY, "isolation/pitch/natural_freqency", f"did you mean '{FREQUENCY}'?"),
         (FREQUENCY, "excitation/residual", "no table of this case requests it"),
         (FREQUENCY, "find/one/value", "this case does not compute such a quantity"),
-        ('target = "10 Hz"', "", "has neither target nor change nor seek"),
+        ('target = "10 Hz"', "", "has neither target nor change nor sense"),
         ('target = "10 Hz"', 'target = "10 N"', "does not fit isolation/pitch/natural_frequency"),
         ('target = "10 Hz"', 'change = "1 mm"', "found 1 mm"),
         (
@@ -66,14 +66,18 @@ def checked(folder: Path, *rows: str, head: str = HEAD, verb: str = "check") -> 
         ),
         (
             'target = "10 Hz"',
-            'target = 1\nseek = "minimum"',
-            "seek and target are mutually exclusive",
+            'target = 1\nsense = "min"',
+            "sense and target are mutually exclusive",
         ),
         ('target = "10 Hz"', "target = 1\nwhere = { order = 1 }", "has no axis 'order'"),
-        ('target = "10 Hz"', f"target = 1\nalso = ['{STIFFNESS}']", "changed twice"),
-        ('target = "10 Hz"', f"target = 1\nalso = ['{DAMPING}', '{DAMPING}']", "changed twice"),
-        ('target = "10 Hz"', "target = 1\nalso = ['machine.sped']", "did you mean 'speed'?"),
-        ('target = "10 Hz"', f"target = 1\nalso = ['{PHASE}']", "zero does not change"),
+        ('target = "10 Hz"', f"target = 1\nscaled_with = ['{STIFFNESS}']", "changed twice"),
+        (
+            'target = "10 Hz"',
+            f"target = 1\nscaled_with = ['{DAMPING}', '{DAMPING}']",
+            "changed twice",
+        ),
+        ('target = "10 Hz"', "target = 1\nscaled_with = ['machine.sped']", "did you mean 'speed'?"),
+        ('target = "10 Hz"', f"target = 1\nscaled_with = ['{PHASE}']", "zero does not change"),
     ],
 )
 def test_words(tmp_path: Path, old: str, new: str, words: str) -> None:
@@ -84,13 +88,13 @@ def test_words(tmp_path: Path, old: str, new: str, words: str) -> None:
     assert "one.toml:" in outcome.err and "1 error in" in outcome.err, outcome.err
 
 
-ZERO = row("one", PHASE, "-1 rad", "1 rad", RIGID, f'also = ["{RADIUS}"]', 'target = "1 N"')
+ZERO = row("one", PHASE, "-1 rad", "1 rad", RIGID, f'scaled_with = ["{RADIUS}"]', 'target = "1 N"')
 FIRST = PHASE.replace("[1]", "[0]")
-BELOW = row("one", FIRST, "-1 rad", "1 rad", RIGID, f'also = ["{ROD}"]', "target = 1")
+BELOW = row("one", FIRST, "-1 rad", "1 rad", RIGID, f'scaled_with = ["{ROD}"]', "target = 1")
 LISTED = HEAD.replace('stiffness = "10000 N/m"', "stiffness = [10000, 10000, 10000]")
 STUDY = f"""
 [optimisation]
-variables = [{{ key = "{DAMPING}", lower = 1, upper = 100 }}]
+variables = [{{ key = "{DAMPING}", min = 1, max = 100 }}]
 objective = {{ quantity = "{FORCE}" }}
 """
 
@@ -140,7 +144,7 @@ RESONANT = undamped().replace('"500 rad/s"', repr((ARMS * 1e4 / INERTIA) ** 0.5)
             HEAD,
             [
                 NONE,
-                row("bound", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'seek = "minimum"'),
+                row("bound", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'sense = "min"'),
                 row("same", DAMPING, "1", "100", FREQUENCY, 'target = "10 Hz"'),
             ],
             (

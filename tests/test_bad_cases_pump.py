@@ -21,7 +21,7 @@ PHYSICS: tuple[tuple[dict[str, Any], tuple[str, ...]], ...] = (
     ),
     (
         {"machine__mounts__positions": [[0.0, 0.0, -0.2]]},
-        ("in the plane of the crank", "nothing resists turning about x through (0, 0, -0.2)"),
+        ("in the plane of the crank", "nothing resists rotation about x through (0, 0, -0.2)"),
     ),
     (
         {

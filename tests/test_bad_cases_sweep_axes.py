@@ -77,8 +77,8 @@ DISTRIBUTIONS: list[tuple[str, dict[str, Any], str]] = [
     ("normal", {"mean": 1, "deviation": 0}, "deviation has to be > 0"),
     ("lognormal", {"mean": -1, "deviation": 1}, "its mean has to be"),
     ("lognormal", {"mean": 1, "deviation": 1e7}, "1e+06 times the mean"),
-    ("uniform", {"lower": 2, "upper": 1}, "lower has to be below upper"),
-    ("triangular", {"lower": 1, "upper": 2, "mode": 3}, "mode has to be between"),
+    ("uniform", {"min": 2, "max": 1}, "min has to be below max"),
+    ("triangular", {"min": 1, "max": 2, "mode": 3}, "mode has to be between"),
 ]
 #: whole sweeps: axes, other keys, where the problem is, and words of it
 SWEEPS: dict[str, Row] = {
@@ -104,7 +104,7 @@ SWEEPS: dict[str, Row] = {
         f"two axes vary {PHASE}",
     ),
     "unequal": (
-        [axis(STIFFNESS, 1, 2, 3, **{"with": [axis(DAMPING, 1, 2)]})],
+        [axis(STIFFNESS, 1, 2, 3, **{"in_step": [axis(DAMPING, 1, 2)]})],
         {},
         "",
         f"keys that vary together need equally many values | 2 for {DAMPING}, 3 for {STIFFNESS}",

@@ -39,7 +39,10 @@ def value(record: Record, name: str) -> np.ndarray:
 @pytest.mark.long
 def test_a_slow_passage_with_dashpots_is_as_high_as_the_resonance_with_loss_factors() -> None:
     record = run(
-        'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "20 s", after = "0.1 s"',
+        (
+            'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "20 s", '
+            'time_after = "0.1 s"'
+        ),
         wanted=("peak_half_range", "steady_half_range", "overshoot", *EQUIVALENT),
     )
     place = NAMES.index("coupling")
@@ -65,7 +68,8 @@ def test_without_damping_the_steady_vibration_has_no_bound() -> None:
     text = GENSET.replace("loss_factor = 0.1, ", "").replace(', damping = "5 N*m*s/rad"', "")
     text = re.sub(r"dampers = .*\n", "", text)
     change = (
-        'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "1 s", after = "0.1 s"'
+        'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "1 s", '
+        'time_after = "0.1 s"'
     )
     names = ("peak_half_range", "steady_half_range", "overshoot")
     record = run(change, text, names)
@@ -75,7 +79,7 @@ def test_without_damping_the_steady_vibration_has_no_bound() -> None:
 
 
 def test_after_a_jolt_the_mode_of_the_coupling_counts() -> None:
-    change = 'kind = "load_step", on = "generator", torque = "300 N*m", after = "0.2 s"'
+    change = 'kind = "load_step", on = "generator", torque = "300 N*m", time_after = "0.2 s"'
     record = run(change, wanted=EQUIVALENT)
     natural = build_setup(validate(tomllib.loads(GENSET))).modes.frequency
     gap = np.abs(natural - value(record, "equivalent/frequency")[0])
@@ -91,7 +95,8 @@ def test_a_stop_is_a_run_down_without_fuel() -> None:
     stop = run('kind = "stop", from = "1000 rpm", duration = "1.5 s"', wanted=names)
     motored = GENSET + 'misfire = ["1", "2", "3"]\nmisfire_kind = "motored"\n'
     down = (
-        'kind = "run_down", from = "1000 rpm", to = "40 rpm", duration = "1.5 s", after = "0.1 s"'
+        'kind = "run_down", from = "1000 rpm", to = "40 rpm", duration = "1.5 s", '
+        'time_after = "0.1 s"'
     )
     slowed = run(down, motored, names)
     first = slice(0, 3)  # whose largest are at the begin
@@ -105,11 +110,11 @@ def test_a_stop_is_a_run_down_without_fuel() -> None:
 
 
 def test_a_table_that_steps_up_is_the_load_step() -> None:
-    step = run('kind = "load_step", on = "generator", torque = "300 N*m", after = "0.3 s"')
+    step = run('kind = "load_step", on = "generator", torque = "300 N*m", time_after = "0.3 s"')
     rows = 'time = ["0 s", "1 s"], torque = ["300 N*m", "300 N*m"]'
     wanted = ("peak", "steady_after", "dynamic_factor")
     table = run(
-        f'kind = "torque_history", on = "generator", history = {{ {rows} }}, after = "0.3 s"',
+        f'kind = "torque_history", on = "generator", history = {{ {rows} }}, time_after = "0.3 s"',
         wanted=wanted,
     )
     # no station has absolute damping: what moves the line as a whole twists nothing
@@ -120,7 +125,7 @@ def test_a_table_that_steps_up_is_the_load_step() -> None:
 def test_a_clutch_from_case_to_report() -> None:
     change = (
         'kind = "clutch_in", clutch = "coupling", driven_speed = "100 rpm", '
-        'friction_torque = "6 kN*m", engaging_time = "0.2 s", after = "0.6 s", '
+        'friction_torque = "6 kN*m", engaging_time = "0.2 s", time_after = "0.6 s", '
         'counting = { sections = ["coupling"], changes = 1000 }'
     )
     result = torsion_samples.run(f"{GENSET}transient = {{ {change} }}\n", "clutched")

@@ -57,14 +57,14 @@ def _names(path: KeyPath, case: Case, curve: LineCurve) -> Iterator[Problem]:
     for place, name in enumerate(curve.of):
         if name not in of_it:
             yield Problem(
-                path=(*path, "of", place),
+                path=(*path, "quantities", place),
                 message=f"{curve.on[:60]!r} is {what}, which has no {name}",
                 found=repr(name),
                 allowed=listed(of_it),
             )
         elif name == "stress" and curve.on not in stressed(line, Layout(line)):
             yield Problem(
-                path=(*path, "of", place),
+                path=(*path, "quantities", place),
                 message=f"section {curve.on[:60]!r} has no section modulus for a stress",
                 found="'stress'",
                 allowed="diameter, section_modulus or section on this shaft",
@@ -76,8 +76,8 @@ def _names(path: KeyPath, case: Case, curve: LineCurve) -> Iterator[Problem]:
             path=(*path, "measured", column),
             message=f"{column} was measured, and there is no curve of it",
             found=f"curves of {listed(drawn)}",
-            allowed=f"of = ['{column}', ...] with it",
-            also=(*path, "of"),
+            allowed=f"quantities = ['{column}', ...] with it",
+            also=(*path, "quantities"),
         )
 
 

@@ -83,7 +83,7 @@ def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
     order = np.append(0.0, setup.drive.order)
     line, equivalent = dampable(setup, options)
     if constant:
-        before = options.before or setup.drive.firing.cycle / setup.speed
+        before = options.time_before or setup.drive.firing.cycle / setup.speed
         parts, ends = _steps(setup, machine, options, before)
         return Journey(
             line, order, parts, setup.speed, "steady", None, (0.0, 0.0), ends, equivalent
@@ -91,7 +91,7 @@ def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
     driven = np.zeros(line.inertia.size)
     driven[setup.shaft.load_freedom] = 1.0
     begin = 0.0 if options.kind == "start" else float(options.start or 0.0)
-    end, before = float(options.stop or 0.0), 0.0 if begin == 0.0 else options.before
+    end, before = float(options.stop or 0.0), 0.0 if begin == 0.0 else options.time_before
     duration = options.duration
     if duration is None:
         assert options.acceleration is not None
@@ -99,7 +99,7 @@ def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
         duration /= 1.0 - 0.5 * (_ramp_share(options.kind) + SWING)
     parts = _held(setup, begin, before) + _sweep(setup, begin, end, duration, options.kind)
     if end > 0.0:
-        parts += _held(setup, end, options.after)
+        parts += _held(setup, end, options.time_after)
     start = "steady" if begin > 0.0 else "rest"
     moving = (before, before + duration)
     return Journey(line, order, parts, begin, start, driven, moving, equivalent=equivalent)
@@ -237,7 +237,7 @@ def _steps(
     if not np.any(setup.model.line.ground_stiffness):
         load[shaft.load_freedom] -= float(np.sum(gas[:, 0].real + load))
     first = stretch(before, 0.0, gas, inertia, load=load)
-    last = first._replace(duration=options.after)
+    last = first._replace(duration=options.time_after)
     if options.kind == "misfire_onset":
         gas_after = gas - _lost(setup, machine, str(options.cylinder))
         last = last._replace(gas=gas_after, gas_end=gas_after)

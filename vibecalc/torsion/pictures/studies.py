@@ -102,8 +102,8 @@ def _steady(end: str, colour: str) -> Mark:
 def _onset(plot: Plot) -> None:
     """When a step happens, where the case says it."""
     change = table_of(plot.result.case, "response", "torsion", "transient")
-    if change.get("kind") not in PASSAGES and change.get("before"):
-        plot.axes.axvline(float(change["before"]), color=TOTAL, linestyle=":", label="onset")
+    if change.get("kind") not in PASSAGES and change.get("time_before"):
+        plot.axes.axvline(float(change["time_before"]), color=TOTAL, linestyle=":", label="onset")
 
 
 def _between(plot: Plot) -> None:

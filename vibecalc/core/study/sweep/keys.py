@@ -167,7 +167,7 @@ class _KeyTable(NamedTuple):
     def written_unit(self) -> str:
         """The unit in which the values of a number are written, the first that has one."""
         table, given = self.table, self.table.distribution
-        drawn = (given.mean, given.upper, given.lower) if given else ()
+        drawn = (given.mean, given.max, given.min) if given else ()
         texts = (table.stop, table.start, *table.values, *drawn)
         number = self.shape.kind == "number"
         units = (split_number(one)[1] for one in texts if number and isinstance(one, str))
@@ -272,7 +272,7 @@ class _KeyTable(NamedTuple):
             if (one := getattr(given, name)) is not None
         }
         if given.kind == "triangular":
-            numbers.setdefault("mode", 0.5 * numbers["lower"] + 0.5 * numbers["upper"])
+            numbers.setdefault("mode", 0.5 * numbers["min"] + 0.5 * numbers["max"])
         parameters = [numbers[name] for name in PARAMETERS[given.kind]]
         if wrong := objection(given.kind, *parameters):
             raise self.refused("distribution", wrong)

@@ -253,7 +253,7 @@ def axis_tables(
     if not zipped:
         return [*grid]
     first, *others = zipped
-    return [*grid, {**first, "with": others} if others else first]
+    return [*grid, {**first, "in_step": others} if others else first]
 
 
 def sampling_table(text: str) -> dict[str, Any]:
