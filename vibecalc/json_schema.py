@@ -195,9 +195,8 @@ def _define_same_keys(schema: Schema) -> None:
         while name in schema["$defs"]:
             name += "_"
         reference = {"$ref": f"#/$defs/{name}"}
-        if len(places) * (len(json.dumps(form)) - len(name) - 20) > len(json.dumps(form)) + len(
-            name
-        ):
+        long, short = (len(json.dumps(one)) for one in (form, reference))
+        if len(places) * short + long + len(name) < len(places) * long:
             schema["$defs"][name] = form
             for keys, key in places:
                 keys[key] = reference
