@@ -252,7 +252,7 @@ def _throw(
     path: KeyPath, case: Case, limit: TorsionLimit, there: KeyPath, shaft: Shaft, words: str
 ) -> Iterator[Problem]:
     """One throw: everything there, its proportions those of the formulas, torsion left."""
-    from vibecalc.torsion import crank_strength as rule
+    from vibecalc.torsion import stress_limits as rule
 
     strength = shaft.tensile_strength or limit.tensile_strength
     if not strength:
