@@ -36,10 +36,11 @@ class Varied:
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
     leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others. `picked`
-    are the places of options that are set besides.
+    are the places of options that are set besides, `scatter` the machines that a candidate is.
     """
 
     picked: tuple[int, ...] = ()
+    scatter: "Scatter | None" = None
 
     def __init__(
         self, loaded: "LoadedCase", moving: Sequence[Variable], cache: StageCache | None = None
@@ -82,6 +83,15 @@ class Varied:
         """Some results of the case with its variables set; NumericalFailure as in a run."""
         return run_case(self.case_at(variables, more), wanted=wanted, cache=self._cache)
 
+    def scattered(
+        self, settings: Mapping[str, Any], scatter: "Scatter"
+    ) -> Mapping[str, np.ndarray]:
+        """Values (samples,) of the keys that scatter, about what is set."""
+        return scatter.values({
+            key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
+            for key in scatter.keys
+        })  # fmt: skip
+
 
 class Binding(Varied):
     """Variables, objective and limits of one `[optimisation]` on its case.
@@ -99,7 +109,6 @@ class Binding(Varied):
         super().__init__(loaded, study.moving)
         self.case, self.study, self.goal = loaded.case, study, study.objective
         self.choices = choices_of(study)
-        self.scatter: Scatter | None = None
         if study.robust is not None:
             from vibecalc.core.study.scatter import scatter_of
 
@@ -167,8 +176,7 @@ class Binding(Varied):
         Does nothing where the stages of the case take no leading axis, and leaves out points that
         need a run of their own.
         """
-        if self.scatter is None:
-            self._foreseen.add(self, points, self._wanted(goals or (self.goal,)))
+        self._foreseen.add(self, points, self._wanted(goals or (self.goal,)))
 
     def machines_at(
         self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str]
@@ -180,10 +188,7 @@ class Binding(Varied):
         from vibecalc.core.study.scatter import Machines, by_arrays
 
         case, settings = self.case_at(variables), self.settings(variables)
-        varied = scatter.values({
-            key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
-            for key in scatter.keys
-        })  # fmt: skip
+        varied = self.scattered(settings, scatter)
         count = len(scatter.steps)
         parts: list[Part] = []
         alone, left = [], np.arange(count)
@@ -204,10 +209,12 @@ class Binding(Varied):
 
     def _results_at(self, variables: np.ndarray, goals: tuple[Objective, ...]) -> Found:
         wanted = self._wanted(goals)
+        known = self._foreseen.find(self, variables, wanted)
+        if known is not None:
+            return known
         if self.scatter is not None:
             return self.machines_at(variables, self.scatter, wanted)
-        known = self._foreseen.find(self, variables, wanted)
-        return self.results(variables, wanted) if known is None else known
+        return self.results(variables, wanted)
 
     def _entries(
         self, found: Found, path: str, where: Where, side: Side
@@ -281,7 +288,7 @@ def worse_side(goal: Objective) -> Side:
 # Points that a search is about to ask for, computed at once by arrays.
 # ----------------------------------------------------------------------------
 
-#: points that are kept; a search comes back to those it has met last
+#: points that are kept, all their machines counted; a search comes back to those it has met last
 MOST = 4096
 #: what is picked, the variables (n,) and the paths that are wanted
 _Key = tuple[tuple[int, ...], bytes, frozenset[str]]
@@ -291,12 +298,12 @@ class Foreseen:
     """Results of points by what is picked, the variables (n,) and the paths that are wanted."""
 
     def __init__(self) -> None:
-        self._known: OrderedDict[_Key, Record] = OrderedDict()
+        self._known: OrderedDict[_Key, Found] = OrderedDict()
         self._cache = StageCache()
         #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
         self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
 
-    def find(self, binding: Varied, variables: np.ndarray, wanted: frozenset[str]) -> Record | None:
+    def find(self, binding: Varied, variables: np.ndarray, wanted: frozenset[str]) -> Any:
         """The results at a point, or None where it needs a run of its own."""
         self.add(binding, variables[None, :], wanted)
         return self._known.get((binding.picked, variables.tobytes(), wanted))
@@ -308,28 +315,32 @@ class Foreseen:
         known = self._planned(binding, wanted) if fresh else None
         if known is None:
             return
-        settings = [binding.settings(points[place]) for place in fresh]
+        settings, scatter = [binding.settings(points[place]) for place in fresh], binding.scatter
+        machines = 1 if scatter is None else len(scatter.steps)
         varied = {
-            parse_key(key): np.array([one[key] for one in settings])
+            key: np.repeat([one[key] for one in settings], machines)
             for key in _numbers(settings[0])
         }
-        parts, _ = compute(known[0], varied, len(fresh), wanted, known[1], self._cache)
-        for part in parts:
-            for row, place in enumerate(part.places.tolist()):
-                made = {
-                    path: CATALOGUE[path].quantity(
-                        one.values[row], float(one.errors[row]), one.axes
-                    )
-                    for path, one in part.columns.items()
-                }
-                self._known[keys[fresh[place]]] = Record(quantities=made)
-        while len(self._known) > MOST:
+        if scatter is not None:
+            each = [binding.scattered(one, scatter) for one in settings]
+            varied |= {key: np.concatenate([one[key] for one in each]) for key in scatter.keys}
+        at_paths = {parse_key(key): values for key, values in varied.items()}
+        count = machines * len(fresh)
+        parts, _ = compute(known[0], at_paths, count, wanted, known[1], self._cache)
+        for number, place in enumerate(fresh):
+            mine = [_some(part, machines * number, machines) for part in parts]
+            # who has a machine that needs a run of its own is left to single runs
+            if sum(len(part.places) for part in mine) == machines:
+                self._known[keys[place]] = _found(mine, machines, scatter is None)
+        while machines * len(self._known) > MOST:
             self._known.popitem(last=False)
 
     def _planned(self, binding: Varied, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
         what = (binding.picked, wanted)
         if what not in self._plans:
-            keys = [parse_key(key) for key in _numbers(binding.settings(binding.first))]
+            moved = _numbers(binding.settings(binding.first))
+            moved += [] if binding.scatter is None else binding.scatter.keys
+            keys = [parse_key(key) for key in dict.fromkeys(moved)]
             self._plans[what] = None
             try:
                 case = binding.case_at(binding.first).model_copy(update={"optimisation": None})
@@ -338,6 +349,29 @@ class Foreseen:
             if keys and unsupported(case, keys, wanted) is None:
                 self._plans[what] = case, planned(case, wanted, keys)
         return self._plans[what]
+
+
+def _some(part: Part, first: int, count: int) -> Part:
+    """What is in a part of `count` places from the `first` on, counted from there."""
+    mine = (part.places >= first) & (part.places < first + count)
+    columns = {
+        path: one._replace(values=one.values[mine], errors=one.errors[mine])
+        for path, one in part.columns.items()
+    }
+    return Part(part.places[mine] - first, columns)
+
+
+def _found(parts: list[Part], machines: int, single: bool) -> Found:
+    """The results of all machines of a candidate, or of the candidate itself."""
+    if not single:
+        from vibecalc.core.study.scatter import Machines
+
+        return Machines(machines, parts, [])
+    (part,) = (one for one in parts if len(one.places))
+    return Record(quantities={
+        path: CATALOGUE[path].quantity(one.values[0], float(one.errors[0]), one.axes)
+        for path, one in part.columns.items()
+    })  # fmt: skip
 
 
 def _numbers(settings: Mapping[str, Any]) -> list[str]:
