@@ -13,7 +13,7 @@ damping_ratio = 0.02
 [machine.secondary]
 mass_ratio = 0.1
 stiffness_ratio = 0.08
-damping_ratio = 0.015
+damping_over_primary_critical = 0.015
 [response.absorber]
 frequency_ratios = { from = 0.5, to = 1.5 }
 """

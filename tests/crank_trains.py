@@ -13,7 +13,7 @@ GENERATOR = """
 schema = 1
 title = "three cylinders"
 [machine]
-kind = "generator"
+kind = "machine"
 speed = "4900 rpm"
 [machine.crank_train]
 crank_radius = 0.06

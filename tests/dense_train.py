@@ -182,7 +182,7 @@ class Train:
         self.driven = case.get("excitation", {}).get("driven_machine", "on_body")
         self.cycle = TURN * (2 if self.machine.get("cycle") == "four_stroke" else 1)
         self.gas_acts = (
-            self.machine["kind"] != "generator"
+            self.machine["kind"] != "machine"
             and self.driven != "cancels_torque"
             and "torque" in case["isolation"].get("loads", ["torque"])
         )

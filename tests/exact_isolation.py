@@ -163,7 +163,7 @@ def _run_up(
     peaks: int = 2,
 ) -> Iterator[Truth]:
     assert case.isolation is not None and case.isolation.run_up is not None
-    if "isolation/masked/centre" in record and group == "support_force":
+    if "isolation/resonances_skipped/centre" in record and group == "support_force":
         yield from _masked(record, model)
     path = f"isolation/{group}/run_up"
     found = record[path]
@@ -208,7 +208,7 @@ def _resonance(model: PitchTruth | BodyTruth, near: mpf) -> mpf:
 def _masked(record: Record, model: PitchTruth | BodyTruth) -> Iterator[Truth]:
     """Centres are natural frequencies over orders; the ends are the speeds computed, no more."""
     found = {
-        name: record[f"isolation/masked/{name}"].values
+        name: record[f"isolation/resonances_skipped/{name}"].values
         for name in ("low", "centre", "high", "order", "mode")
     }
     frequency = _frequencies(model)
@@ -216,5 +216,5 @@ def _masked(record: Record, model: PitchTruth | BodyTruth) -> Iterator[Truth]:
     exact = {"centre": [frequency[mode - 1] / order for mode, order in pairs]}
     assert np.all((found["low"] < found["centre"]) & (found["centre"] < found["high"]))
     for name, values in found.items():
-        path = f"isolation/masked/{name}"
+        path = f"isolation/resonances_skipped/{name}"
         yield path, values, exact.get(name, [mpf(value) for value in values.tolist()])

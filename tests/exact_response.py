@@ -303,13 +303,13 @@ def _run_up(record: Record, system: SystemTruth) -> Iterator[Truth]:
         path = f"response/run_up/{name}_energy"
         yield path, record[path].values[chosen], values
     pairs = zip(
-        record["response/masked/mode"].values.tolist(),
-        record["response/masked/order"].values.tolist(),
+        record["response/resonances_skipped/mode"].values.tolist(),
+        record["response/resonances_skipped/order"].values.tolist(),
         strict=True,
     )
     centres = [system.frequency[int(mode) - 1] / int(order) for mode, order in pairs]
     if centres:
-        yield _reported(record, "response/masked/centre", centres)
+        yield _reported(record, "response/resonances_skipped/centre", centres)
 
 
 def _telling(record: Record, system: SystemTruth, speeds: np.ndarray) -> np.ndarray:

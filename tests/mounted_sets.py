@@ -11,7 +11,7 @@ SET = """schema = 1
 title = "set"
 
 [machine]
-kind = "generator"
+kind = "machine"
 speed = "1500 rpm"
 
 [machine.crank_train]

@@ -44,7 +44,9 @@ def _one(random: np.random.Generator, table: Table, z1: float, *, tuned: bool) -
         secondary["stiffness_ratio"] = (
             0.0 if random.random() < 0.15 else m * _spread(random, 0.2, 5)
         )
-        secondary["damping_ratio"] = 0.0 if random.random() < 0.15 else m * _spread(random, 0.01, 2)
+        secondary["damping_over_primary_critical"] = (
+            0.0 if random.random() < 0.15 else m * _spread(random, 0.01, 2)
+        )
         return
     tuning = _tuning(random)
     table["tuning"] = tuning
@@ -91,7 +93,7 @@ def _several(random: np.random.Generator, table: Table, z1: float, *, tuned: boo
             row["on"] = f"a{int(random.integers(number))}"
         if not tuned:
             row["stiffness_ratio"] = m * _spread(random, 0.3, 3.0)
-            row["damping_ratio"] = m * _spread(random, 0.01, 1.0)
+            row["damping_over_primary_critical"] = m * _spread(random, 0.01, 1.0)
         rows.append(row)
     table["machine"]["secondaries"] = rows
     if tuned:

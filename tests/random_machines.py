@@ -16,7 +16,7 @@ def random_machine(seed: int, model: str, **isolation: Any) -> Table:
     case: Table = {
         "schema": 1,
         "title": f"random machine {seed}, {model}",
-        "machine": {"kind": "generator", "speed": speed, "crank_train": train},
+        "machine": {"kind": "machine", "speed": speed, "crank_train": train},
         "excitation": _excitation(generator),
         "accuracy": {"rtol": float(generator.choice(RTOLS))},
     }
@@ -198,7 +198,7 @@ def _mounts(
 # base that moves, points.
 # ----------------------------------------------------------------------------
 
-KINDS = ("generator", "engine", "compressor", "pump")
+KINDS = ("machine", "engine", "compressor", "pump")
 TURN = 2.0 * np.pi
 
 
@@ -331,7 +331,7 @@ def _of_pump(generator: np.random.Generator, case: Table) -> None:
 
 
 _GAS = {
-    "generator": _no_gas, "engine": _of_engine, "compressor": _of_compressor, "pump": _of_pump,
+    "machine": _no_gas, "engine": _of_engine, "compressor": _of_compressor, "pump": _of_pump,
 }  # fmt: skip
 
 

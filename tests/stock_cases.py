@@ -4,7 +4,7 @@ BASE = """
 schema = 1
 title = "a block on mounts of a stock"
 [machine]
-kind = "generator"
+kind = "machine"
 speed = "1500 rpm"
 [machine.crank_train]
 crank_radius = "50 mm"

@@ -19,7 +19,7 @@ schema = 1
 title = "Größe µ 三"
 
 [machine]
-kind = "generator"
+kind = "machine"
 speed = "3000 rpm"
 
 [machine.crank_train]

@@ -82,7 +82,7 @@ rod_length = 0.2
 reciprocating_mass = 1.0
 cylinders = [{ name = "1" }]
 """
-    text = replaced('kind = "plate"\n', 'kind = "generator"\n' + machine)
+    text = replaced('kind = "plate"\n', 'kind = "machine"\n' + machine)
     assert problems(tmp_path, text) == []
     record = run(tmp_path, text)
     assert record["measurement/frequency"].values[1] == pytest.approx(2.0 * 94.2477796, rel=1e-8)

@@ -64,7 +64,7 @@ FORM: tuple[tuple[dict[str, Any], tuple[str, ...]], ...] = (
     ({"machine__shell": {"inertia": 1.0}}, ("of kind 'pump' has no [machine.shell]",)),
     ({f"{TRAIN}gas_interpolation": "cubic"}, ("of kind 'pump' has no gas_interpolation",)),
     ({"machine__kind": "engine"}, ("[machine.crank_train.pump_cycle] is for a machine of kind",)),
-    ({"machine__kind": "generator"}, ("is for a machine of kind 'pump'", "kind = 'generator'")),
+    ({"machine__kind": "machine"}, ("is for a machine of kind 'pump'", "kind = 'machine'")),
 )
 
 

@@ -127,7 +127,7 @@ def test_a_plate_needs_readings_only_and_other_kinds_what_they_always_did() -> N
     (reported,) = check_machine(case)
     assert "[measurement]" in reported.found and reported.path == ("machine", "kind")
     assert machine_warnings(case) == []
-    for kind in ("generator", "compressor"):
+    for kind in ("machine", "compressor"):
         found = problems_of({**plate, "machine": {"kind": kind}})
         assert sorted(problem.path for problem in found) == [
             ("machine", "crank_train"),

@@ -64,11 +64,14 @@ def rolling(motor: dict[str, Any], *tables: str) -> dict[str, Any]:
 
 
 GOOD: dict[str, dict[str, Any]] = {
-    "ratios": tomllib.loads(RATIOS + "vary = { secondary_damping = [0.1, 0.2] }\nlimits = true\n"),
+    "ratios": tomllib.loads(
+        RATIOS + "vary = { damping_over_primary_critical = [0.1, 0.2] }\nlimits = true\n"
+    ),
     "tuned": tomllib.loads(
         TUNED
         + "mistuning = [0.01, 0.05]\n"
-        + "bounds = { stiffness_ratio = [0.01, 1.0], damping_ratio = [0.01, 1.0], travel = 20 }\n"
+        + "bounds = { stiffness_ratio = [0.01, 1.0], travel = 20, "
+        + "damping_over_primary_critical = [0.01, 1.0] }\n"
         + "chart = { primary_damping = [0.1], mass_ratio = { from = 0.1, to = 1 } }\n"
     ),
     "rig": tomllib.loads(
@@ -83,7 +86,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "followed": rolling(DYNAMIC, "control"),
 }
 GOOD["pendulum"]["machine"]["pendulum"]["rollers"] = ROLLERS
-GOOD["generator"] = {
+GOOD["machine"] = {
     key: one for key, one in table_of("generator").items() if key not in NOT_COMPUTED
 }
 #: cases whose form is right, every key of the roll in one

@@ -213,7 +213,10 @@ def test_tolerances_are_paid_for_once_and_bring_more() -> None:
     worst, nominal = (float(of(result, root + x)) for x in ("worst_peak", "nominal_peak"))
     assert float(of(result, root + "exact/nominal_peak")) < nominal < worst
     assert worst < float(of(result, root + "exact/worst_peak"))
-    k, z = (float(of(result, f"tuning/{x}")) for x in ("stiffness_ratio", "secondary_damping"))
+    k, z = (
+        float(of(result, f"tuning/{x}"))
+        for x in ("stiffness_ratio", "damping_over_primary_critical")
+    )
     x = np.linspace(5.0, 12.0, 6001) / F1
     tops = []
     for f, d in itertools.product((0.95, 1.0, 1.05), (0.8, 1.0, 1.2)):
@@ -290,7 +293,7 @@ def test_a_frequency_as_given_is_no_optimum_and_stands_next_to_it(tmp_path: Path
     assert not {"tuning/helps", "tuning/band/residual", "tuning/active/weight"} & set(record)
     assert not any("does better" in one for one in record.warnings)
     free = made(BASE)
-    for name in ("stiffness_ratio", "secondary_damping", "peak"):
+    for name in ("stiffness_ratio", "damping_over_primary_critical", "peak"):
         assert float(of(record, f"tuning/optimum/{name}")) == float(of(free, f"tuning/{name}"))
     text = " ".join(render_report(result, full=True).split())
     assert "nothing:" not in text and "No absorber" not in text
@@ -302,8 +305,8 @@ def test_a_frequency_as_given_is_no_optimum_and_stands_next_to_it(tmp_path: Path
 def test_only_a_bound_that_is_there_holds_a_tuning() -> None:
     band = {"from": "7 Hz", "to": "9 Hz"}
     for bounds, said in (
-        ({"damping_ratio": [0.0, 0.9]}, []),
-        ({"damping_ratio": [0.02, 0.9]}, ["damping ratio, 0.02"]),
+        ({"damping_over_primary_critical": [0.0, 0.9]}, []),
+        ({"damping_over_primary_critical": [0.02, 0.9]}, ["damping ratio, 0.02"]),
     ):
         result = made(BASE, tuning={"band": band, "bounds": bounds})
         held = [one for one in result.warnings if "held by" in one]

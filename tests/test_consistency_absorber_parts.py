@@ -49,8 +49,8 @@ def pendulums(**changes: Any) -> PendulumParts:
 
 
 def test_the_own_ratio_is_referred_to_the_primary() -> None:
-    own = parts(RATIOS, machine__secondary__damping_ratio=None,
-                machine__secondary__own_damping_ratio=0.185)  # fmt: skip
+    own = parts(RATIOS, machine__secondary__damping_over_primary_critical=None,
+                machine__secondary__absorber_damping_ratio=0.185)  # fmt: skip
     assert own.absorber is not None
     assert own.absorber.secondary_damping == pytest.approx(0.185 * math.sqrt(0.1 * 0.08), rel=1e-15)
 
@@ -150,7 +150,7 @@ def test_several_stand_behind_what_carries_them() -> None:
     for one, k in zip(data["machine"]["secondaries"][:2], (0.04, 0.06), strict=True):
         one["stiffness_ratio"] = k
     for one in data["machine"]["secondaries"]:
-        one["damping_ratio"] = 0.01
+        one["damping_over_primary_critical"] = 0.01
     del data["tuning"]
     case = validate(data)
     assert check_machine(case) == []

@@ -41,7 +41,7 @@ def test_parts_are_those_of_the_kernels() -> None:
     np.testing.assert_allclose(penalty.values, peak.values / least - 1.0, atol=1e-13)
     assert value(record, "hardware/buy/peak") == np.min(peak.values)
     k = value(record, "hardware/spring/stiffness_ratio")
-    z2 = value(record, "hardware/oil/secondary_damping")
+    z2 = value(record, "hardware/oil/damping_over_primary_critical")
     m = float(value(record, "tuning/mass_ratio"))
     alone = peaks(Absorber(0.01, m, k[2], z2[4]))
     assert peak.values[2, 4] == pytest.approx(float(alone.largest), rel=1e-12)
@@ -74,7 +74,11 @@ def test_no_optimum_is_a_failure_and_no_help_a_result() -> None:
     )
     record = run_case(loaded.case)
     assert value(record, "tuning/helps") == 0
-    assert value(record, "tuning/stiffness_ratio") == value(record, "tuning/secondary_damping") == 0
+    assert (
+        value(record, "tuning/stiffness_ratio")
+        == value(record, "tuning/damping_over_primary_critical")
+        == 0
+    )
     assert any("no absorber helps" in words for words in record.warnings)
 
 
@@ -150,8 +154,11 @@ def test_the_bounded_tuning_is_the_answer_everywhere(tmp_path: Path) -> None:
     peak = value(record, "tuning/peak")
     assert peak == pytest.approx(9.470895, abs=1e-6)
     assert peak <= best <= peak * 1.003
-    there = response(*(np.array([[value(record, f"tuning/{name}")]])
-                       for name in ("stiffness_ratio", "secondary_damping")), 60_001)  # fmt: skip
+    ratios = (
+        np.array([[value(record, f"tuning/{name}")]])
+        for name in ("stiffness_ratio", "damping_over_primary_critical")
+    )
+    there = response(*ratios, 60_001)
     assert there[0][0, 0] == pytest.approx(peak, rel=1e-6)
     assert there[1][0, 0] == pytest.approx(13.27, rel=1e-6)
     assert value(record, "tuning/linear_damping") == pytest.approx(5220.92, abs=0.01)
@@ -250,7 +257,12 @@ def test_errors_of_a_mean_square_tuning_count_by_the_mean_square() -> None:
     )
     z1, m, k, z2 = (
         float(value(record, f"tuning/{name}"))
-        for name in ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping")
+        for name in (
+            "primary_damping",
+            "mass_ratio",
+            "stiffness_ratio",
+            "damping_over_primary_critical",
+        )
     )
     least = float(mean_square(Absorber(z1, m, k, z2)).value)
     off = float(mean_square(Absorber(z1, m, 1.1 * k, z2)).value)
@@ -300,7 +312,8 @@ def number(record: Record, path: str) -> float:
 def test_a_run_nearby_the_threshold_keeps_its_tuning(damping: float) -> None:
     setting = (
         f"machine.primary.damping_ratio={damping}", "tuning.bounds={travel=11.1}",
-        "tuning.compare=[]", "tuning.mistuning=[]", "response.absorber.vary={own_damping=[0.1]}",
+        "tuning.compare=[]", "tuning.mistuning=[]",
+        "response.absorber.vary={absorber_damping_ratio=[0.1]}",
     )  # fmt: skip
     record, best = run("absorber", *setting), minimax(damping, 0.1)
     assert number(record, "tuning/stiffness_ratio") == best.stiffness_ratio
@@ -335,10 +348,10 @@ def test_travel_that_no_stock_keeps_leaves_tuning_and_hardware() -> None:
 @pytest.mark.long
 def test_what_is_bought_keeps_the_bounds() -> None:
     free = run("absorber_rig_a")
-    record = run("absorber_rig_a", "tuning.bounds={damping_ratio=[0.0, 0.01]}")
-    assert number(record, "tuning/secondary_damping") == pytest.approx(0.01, rel=1e-12)
+    record = run("absorber_rig_a", "tuning.bounds={damping_over_primary_critical=[0.0, 0.01]}")
+    assert number(record, "tuning/damping_over_primary_critical") == pytest.approx(0.01, rel=1e-12)
     for bought, tuned in (("spring_rate", "stiffness_ratio"),
-                          ("dynamic_viscosity", "secondary_damping")):  # fmt: skip
+                          ("dynamic_viscosity", "damping_over_primary_critical")):  # fmt: skip
         share = number(record, f"tuning/{tuned}") / number(record, f"tuning/unbounded/{tuned}")
         change = number(record, f"hardware/{bought}") / number(free, f"hardware/{bought}")
         assert change == pytest.approx(share, rel=1e-12) and abs(share - 1.0) > 1e-3

@@ -32,7 +32,7 @@ def engine(where: str) -> dict[str, Any]:
         "schema": 1,
         "title": "V of master and slave rods",
         "machine": {
-            "kind": "generator",
+            "kind": "machine",
             "speed": SPEED,
             "crank_train": {
                 "crank_radius": 0.06,

@@ -223,7 +223,7 @@ ONE = """
 schema = 1
 title = "one throw"
 [machine]
-kind = "generator"
+kind = "machine"
 speed = 100.0
 [machine.crank_train]
 crank_radius = 0.05
@@ -311,7 +311,7 @@ def test_which_of_equally_good_weights_are_given(
     share = [float(one or bounds[1] or 1.0) for one in bounds]
     least = np.square(share) / np.sum(np.square(share)) * (0.05 + 1e-9)
     assert record["balance/weight/unbalance"].values == pytest.approx(least, rel=1e-9)
-    use = record.quantities.get("balance/weight/use")
+    use = record.quantities.get("balance/weight/utilisation")
     given = [i for i, one in enumerate(bounds) if one]
     assert (use is None) == (not given)
     if use is not None:

@@ -18,7 +18,7 @@ V6 = """
 schema = 1
 title = "V6"
 [machine]
-kind = "generator"
+kind = "machine"
 speed = "5000 rpm"
 [machine.crank_train]
 crank_radius = "43.2 mm"

@@ -112,17 +112,17 @@ def test_every_part_of_the_calculation_exists() -> None:
 def test_allowed_computed_and_use_belong_together() -> None:
     for name in CHAPTERS:
         for row in verdicts_of(result_of(name)):
-            if np.isfinite(row.use) and row.max is not None:
-                assert (row.margin >= 0.0) == (row.use <= 1.0)
+            if np.isfinite(row.utilisation) and row.max is not None:
+                assert (row.margin >= 0.0) == (row.utilisation <= 1.0)
                 if row.status != "maker":
-                    assert row.computed / row.max == pytest.approx(row.use, rel=1e-6)
+                    assert row.computed / row.max == pytest.approx(row.utilisation, rel=1e-6)
 
 
 def test_what_is_broken_or_undecided_is_said() -> None:
-    result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/transient_use"
+    result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/passage_utilisation"
     broken = changed(result, path, [[1.2, 0.0], [0.0, 0.3]])
     row = next(one for one in verdicts_of(broken) if one.quantity == path)
-    assert (row.element, row.state, row.use) == ("intermediate shaft", BROKEN, 1.2)
+    assert (row.element, row.state, row.utilisation) == ("intermediate shaft", BROKEN, 1.2)
     assert (row.max, row.unit, np.isnan(row.speed)) == (1.0, "", True)  # not those of this use
     said = "intermediate shaft, stress, passing through: 120.0 % of what is allowed"
     assert said in in_one_sentence(broken)
@@ -132,7 +132,7 @@ def test_what_is_broken_or_undecided_is_said() -> None:
 
 
 def test_a_range_that_may_not_be_barred_breaks_the_limit() -> None:
-    result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/use"
+    result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/utilisation"
     found = changed(result, f"{ROOT_PATH}exceeded/permitted", [0.0, 1.0])
     assert next(one for one in verdicts_of(found) if one.quantity == path).state == BROKEN
     assert flags(found) == ["BROKEN", "pass only"]
@@ -150,20 +150,24 @@ def test_a_condition_is_broken_where_no_range_may_be_barred(
     unbarred: float, operating: float, states: list[str]
 ) -> None:
     result = result_of("marine_propulsion")
-    use = result.record[f"{ROOT_PATH}limit/each/use"]
+    use = result.record[f"{ROOT_PATH}limit/each/utilisation"]
     stem, quantities = f"{ROOT_PATH}conditions/limit/", dict(result.record.quantities)
     named = np.array(["all fire", "4 misfires"], dtype=object)
     condition = replace(use.axes[1], name="condition", values=named)
     axes = (condition, replace(use.axes[0], values=np.array([1])))
     for name, values in (
-        ("largest_use", [1.1, 2.2]), ("operating_use", [0.2, operating]), ("speed", [5.0, 4.0]),
-        ("unbarred_use", [0.3, unbarred]),
+        ("largest_utilisation", [1.1, 2.2]), ("operating_utilisation", [0.2, operating]),
+        ("speed", [5.0, 4.0]),
+        ("unbarred_utilisation", [0.3, unbarred]),
     ):  # fmt: skip
         made = replace(use, path=stem + name, values=np.array(values)[:, None], axes=axes)
         quantities[stem + name] = made
     found = with_quantities(result, quantities)
     rows = [one for one in verdicts_of(found) if one.element and one.quantity.startswith(stem)]
-    assert [(one.use, one.state) for one in rows] == [(2.2, states[0]), (operating, states[1])]
+    assert [(one.utilisation, one.state) for one in rows] == [
+        (2.2, states[0]),
+        (operating, states[1]),
+    ]
     assert all(one.condition == "4 misfires (worst of 2)" for one in rows)
 
 

@@ -160,7 +160,7 @@ def test_coupling_is_what_a_dense_solve_says(name: str, speed: float) -> None:
         air = may["ambient_temperature"]
         rise = found.conditions.temperature - air
         expected["temperature"] = rise / (may["maximum_temperature"] - air)
-    use = record[f"{ROOT}/coupling/use"]
+    use = record[f"{ROOT}/coupling/utilisation"]
     assert list(use.axes[1].values) == list(expected)
     assert use.values[0] == pytest.approx(list(expected.values()), rel=1e-9)
 
@@ -185,13 +185,15 @@ def test_largest_use_is_between_the_speeds_of_the_sweep() -> None:
     """Next to the resonance of order 0.5: single runs there and on both sides of it."""
     speeds = {"from": "380 rpm", "to": "520 rpm", "points": 15}
     record = run_case(validate(case_with("frequency", speeds=speeds)))
-    use, at = (record[f"{ROOT}/coupling/largest_{name}"] for name in ("use", "use_speed"))
+    use, at = (
+        record[f"{ROOT}/coupling/largest_{name}"] for name in ("utilisation", "utilisation_speed")
+    )
     for place, name in enumerate(use.axes[1].values):
         if name in ("T_KN", "n_max"):
             continue
         speed, top = float(at.values[0, place]), float(use.values[0, place])
         below, here, above = (
-            float(value(ran("frequency", one)[1], "coupling/use")[0, place])
+            float(value(ran("frequency", one)[1], "coupling/utilisation")[0, place])
             for one in (speed * 0.999, speed, speed * 1.001)
         )
         assert here == pytest.approx(top, rel=1e-9), name
@@ -267,7 +269,9 @@ def test_a_coupling_behind_a_gear_is_the_referred_one() -> None:
         return data
 
     one, other = (run_case(validate(line(ratio))) for ratio in (1.0, 0.5))
-    assert value(other, "coupling/use") == pytest.approx(value(one, "coupling/use"), rel=1e-9)
+    assert value(other, "coupling/utilisation") == pytest.approx(
+        value(one, "coupling/utilisation"), rel=1e-9
+    )
     for path, factor in (
         ("mean_torque", -2.0),
         ("vibratory_torque", 2.0),

@@ -69,7 +69,7 @@ FEW_ORDERS = f"""
 schema = 1
 title = "one order of a series with two"
 [machine]
-kind = "generator"
+kind = "machine"
 speed = "1500 rpm"
 body = {{ mass = 400.0, inertia = [20.0, 30.0, 30.0] }}
 [machine.crank_train]

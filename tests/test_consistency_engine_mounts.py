@@ -13,7 +13,7 @@ PHASED = (
     ('crank_phase = "290 deg", ', ""),
 )
 GENERATOR = (
-    ('kind = "engine"', 'kind = "generator"'),
+    ('kind = "engine"', 'kind = "machine"'),
     ('cycle = "four_stroke"\n', ""),
     ('gas_cycle = { kind = "spark", peak_pressure = "60 bar" }\n', ""),
     ('firing_order = ["2", "3", "1"]\n', ""),

@@ -106,7 +106,7 @@ def test_use_of_the_limits_and_ends_of_the_barred_range() -> None:
     for place, (_, row) in enumerate(SHAFTS):
         assert int(quantity("exceeded/limit").values[place]) == place + 1
         peak = float(quantity("exceeded/peak_speed").values[place])
-        use = float(quantity("limit/largest_use").values[place])
+        use = float(quantity("limit/largest_utilisation").values[place])
         assert stress(row, peak) / allowed(row, peak) == pytest.approx(use, rel=RTOL)
         for name in ("from", "to"):
             at = float(quantity(f"exceeded/{name}").values[place])

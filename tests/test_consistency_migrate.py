@@ -17,20 +17,23 @@ from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case
 from vibecalc.core.case.migrate import migrate
-from vibecalc.core.case.walk import keys_of, shape_of
+from vibecalc.core.case.walk import Shape, keys_of, shape_of
 from vibecalc.core.results.compare import compare
 from vibecalc.core.results.renamed import (
     AXES,
     KEYS,
     PATHS,
+    VALUES,
     current_axis,
     current_case,
+    current_choice,
     current_key,
     current_name,
     current_path,
 )
 from vibecalc.core.results.store import read_result
-from vibecalc.errors import CaseError, KeyPath
+from vibecalc.core.results.verdicts import as_objects, from_objects, verdicts_of
+from vibecalc.errors import CaseError, KeyPath, dotted
 from vibecalc.schema import Case
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
@@ -53,18 +56,18 @@ source = "half_order of the stroke, machine.crank_train.stroke to the left"
 """
 
 
-def places(table: type[Any] = Case, above: KeyPath = ()) -> Iterator[KeyPath]:
-    """Every key of the schema, positions in lists left out."""
+def places(table: type[Any] = Case, above: KeyPath = ()) -> Iterator[tuple[KeyPath, Shape]]:
+    """Every key of the schema, positions in lists left out, and what may stand there."""
     for key, field in keys_of(table).items():
-        yield (*above, key)
         shape = shape_of(field)
+        yield (*above, key), shape
         while shape.item is not None:
             shape = shape.item
         if shape.table is not None:
             yield from places(shape.table, (*above, key))
 
 
-PLACES = list(places())
+PLACES = dict(places())
 
 
 @pytest.mark.parametrize("old", KEYS)
@@ -75,6 +78,19 @@ def test_no_key_of_the_schema_has_a_name_of_before(old: str) -> None:
     assert any(place[-len(new) :] == new for place in PLACES), f"no key is named {new}"
     assert not [place for place in PLACES if current_name(place) == KEYS[old]]
     assert last != KEYS[old]
+
+
+@pytest.mark.parametrize("place", VALUES)
+def test_no_choice_of_the_schema_has_a_name_of_before(place: str) -> None:
+    """What is chosen now is a choice at its place, and what was is none."""
+    ends = [one for one in PLACES if f".{dotted(one)}".endswith(f".{place}")]
+    assert ends
+    for path in ends:
+        choices = set(PLACES[path].choices)
+        assert set(VALUES[place].values()) <= choices
+        assert not VALUES[place].keys() & choices
+        for old, new in VALUES[place].items():
+            assert (current_choice(path, old), current_choice(path, new)) == (new, None)
 
 
 def test_no_result_has_a_name_of_before() -> None:
@@ -110,6 +126,7 @@ def test_names_change_and_nothing_else(tmp_path: Path, end: str) -> None:
     text = found.text.replace(end, "\n")
     assert tomllib.loads(text) == current_case(tomllib.loads(OLD))
     for old, new in (
+        ('kind = "generator"', 'kind = "machine"'),
         ('"crank_train".stroke = "z"   # up', '"crank_train".stroke_axis = "z"   # up'),
         ('"machine.crank_train.stroke"', '"machine.crank_train.stroke_axis"'),
         ("torque_reaction/mean_support_force", "support_force/mean"),
@@ -169,6 +186,13 @@ def test_an_unknown_key_of_before_says_its_name(tmp_path: Path) -> None:
         load_case(CASES["compressor"], ["machine.crank_train.stroke=z"])
 
 
+def test_a_choice_of_before_says_its_name() -> None:
+    hint = '`kind = "generator"` is now `"machine"`; `vibecalc migrate CASE` rewrites the case'
+    with pytest.raises(CaseError, match="unknown kind 'generator'") as told:
+        load_case(CASES["generator"], ["machine.kind=generator"])
+    assert [one.hint for one in told.value.problems] == [hint]
+
+
 def test_keys_are_renamed_part_by_part() -> None:
     assert current_key("machine.crank_train.stroke") == "machine.crank_train.stroke_axis"
     assert current_key("machine.crank_train.cylinders[0].name") == (
@@ -191,6 +215,18 @@ def test_a_result_of_before_has_the_names_of_now(tmp_path: Path) -> None:
     read = read_result(before)
     assert list(read.record) == list(now.record)
     assert compare(read, now).same
+
+
+def test_verdicts_of_before_have_the_names_of_now() -> None:
+    rows = verdicts_of(read_result(GOLDEN / "genset_coupling.h5"))
+    before = [
+        {name.replace("utilisation", "use"): value for name, value in row.items()}
+        | {"quantity": row["quantity"].replace("utilisation", "use")}
+        for row in as_objects(rows)
+    ]
+    assert before[0]["quantity"] == "response/torsion/coupling/use"
+    assert "utilisation" not in before[0]
+    assert list(map(str, from_objects(before))) == list(map(str, rows))
 
 
 @pytest.fixture

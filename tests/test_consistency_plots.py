@@ -75,9 +75,9 @@ def test_masked_speeds_are_shaded_and_leave_a_gap() -> None:
     values = np.array(old.values)
     values[100:110] = np.inf
     result.record.add(quantity(path, values, "N", *old.axes))
-    spans = Axis(name="masked", values=np.array([1]))
-    result.record.add(quantity("isolation/masked/low", [20.0], "rad/s", spans))
-    result.record.add(quantity("isolation/masked/high", [22.0], "rad/s", spans))
+    spans = Axis(name="resonance_skipped", values=np.array([1]))
+    result.record.add(quantity("isolation/resonances_skipped/low", [20.0], "rad/s", spans))
+    result.record.add(quantity("isolation/resonances_skipped/high", [22.0], "rad/s", spans))
     lever = figure(result, "run_up").axes[0]
     drawn = np.asarray(lever.get_lines()[0].get_ydata())
     assert np.isnan(drawn[100:110]).all()

@@ -209,7 +209,10 @@ def test_an_undamped_resonance_has_no_bound_where_its_order_counts() -> None:
             for name in ("velocity_rms", "severity", "velocity_peak")
         ]
         assert [bool(np.isfinite(one)) for one in tops] == [bounded, bounded, False]
-        masked = record["isolation/masked/centre"].values * record["isolation/masked/order"].values
+        masked = (
+            record["isolation/resonances_skipped/centre"].values
+            * record["isolation/resonances_skipped/order"].values
+        )
         assert np.all(masked < 2.0 * np.pi * 37.0)
 
 

@@ -30,7 +30,7 @@ UNCOMPARED = {
     "kinematics/": "tested by themselves",
     "body/principal_axes": "signs are free",
     "run_up/maxima/": "but for the force at each place: what names order and mode",
-    "response/masked/": "of undamped machines, which these are not",
+    "response/resonances_skipped/": "of undamped machines, which these are not",
     "response/modes/": "but for frequency, damping and shape: what names the nearest order",
 }
 

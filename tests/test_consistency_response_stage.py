@@ -130,7 +130,7 @@ def test_a_run_up_leaves_out_undamped_resonances_and_lists_them() -> None:
     table = diagonal(2, 1, 1e-3, run_up={"from": 60.0, "to": 250.0})
     record = run(table)
     masked = {
-        name: record[f"response/masked/{name}"].values
+        name: record[f"response/resonances_skipped/{name}"].values
         for name in ("low", "centre", "high", "order", "mode")
     }
     listed = set(zip(masked["order"].tolist(), masked["mode"].tolist(), strict=True))

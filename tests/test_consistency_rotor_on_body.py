@@ -21,7 +21,7 @@ def machine(speed: float, **excitation: Any) -> dict[str, Any]:
         "schema": 1,
         "title": "one cylinder and its rotor",
         "machine": {
-            "kind": "generator",
+            "kind": "machine",
             "speed": speed,
             "crank_train": {
                 "crank_radius": RADIUS,

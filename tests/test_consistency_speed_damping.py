@@ -225,7 +225,7 @@ def test_the_line_without_its_damper_has_the_same_laws() -> None:
     found, bare = record(with_ring()), record(geared())
     for path in ("speeds/torque_half_range", "torque_half_range"):
         np.testing.assert_allclose(
-            values(found, f"bare/{path}"), values(bare, path), rtol=1e-9
+            values(found, f"without_dampers/{path}"), values(bare, path), rtol=1e-9
         )  # fmt: skip
 
 

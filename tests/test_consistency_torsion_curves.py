@@ -272,7 +272,7 @@ def test_the_worst_condition_is_the_worst_of_separate_runs() -> None:
             np.testing.assert_allclose(
                 values(found, "conditions/largest/section_speed"), chosen, rtol=1e-6
             )
-    for name in ("largest_use", "operating_use"):
+    for name in ("largest_utilisation", "operating_utilisation"):
         each = np.array([values(one, f"limit/{name}") for one in runs])
         seen = values(found, f"conditions/limit/{name}")
         near(seen.max(axis=0), each.max(axis=0))
@@ -285,7 +285,12 @@ def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
     assert speeds in text(asked)
     alone = execute(loaded(text(asked).replace(speeds, "")))
     assert not [path for path in alone.record if "/speeds/" in path or "/largest" in path]
-    for path in ("torque_half_range", "angle_half_range", "limit/operating_use", "mean_torque"):
+    for path in (
+        "torque_half_range",
+        "angle_half_range",
+        "limit/operating_utilisation",
+        "mean_torque",
+    ):
         near(values(alone, f"conditions/{path}"), values(run(CONDITIONS), f"conditions/{path}"))
     near(values(alone, "irregularity/degree"), values(run(CURVES), "irregularity/degree")[1:2])
 
@@ -319,12 +324,12 @@ def test_an_undamped_line_has_orders_without_bound_at_its_criticals() -> None:
     for name in ("damping = ", "absolute_damping = "):
         bare = re.sub(rf"\b{name}[0-9.]+", f"{name}0.0", bare)
     result = execute(loaded(bare))
-    masked = values(result, "masked/from")
+    masked = values(result, "resonances_skipped/from")
     assert len(masked)
     top = values(result, "curves/torque/largest")[0]
     order = result.record["response/torsion/curves/torque/order"].axes[1].values
     at = values(result, "curves/torque/largest_speed")[0]
-    met = set(values(result, "masked/order"))
+    met = set(values(result, "resonances_skipped/order"))
     natural = values(result, "modes/natural_frequency")
     assert {one for one, height in zip(order, top, strict=True) if np.isinf(height)} <= met
     for number in np.flatnonzero(np.isinf(top)):

@@ -73,7 +73,9 @@ def test_limits_of_torques_at_the_operating_speed(limit: int) -> None:
     allowed = values("limit/operating/torque_allowed")[limit - 1, column]
     assert allowed == pytest.approx(lasting, rel=1e-6)
     assert values("limit/operating/torque_transient")[limit - 1, column] == passing
-    assert values("limit/operating_use")[limit - 1] == pytest.approx(torque / allowed, rel=1e-9)
+    assert values("limit/operating_utilisation")[limit - 1] == pytest.approx(
+        torque / allowed, rel=1e-9
+    )
     # others than the loads of a limit have nothing in its row
     others = np.delete(values("limit/operating/torque")[limit - 1], column)
     assert np.all(others == 0.0)
@@ -90,7 +92,7 @@ def table(limit: int, speed: float, column: int) -> float:
 def test_the_largest_uses_over_the_speeds() -> None:
     for limit in ALLOWED:
         name, at = ALLOWED[limit][0], float(values("limit/speed")[limit - 1])
-        use = values("limit/largest_use")[limit - 1]
+        use = values("limit/largest_utilisation")[limit - 1]
         assert half(name, at) / table(limit, at, 0) == pytest.approx(use, rel=1e-9)
         # nothing between the speeds of the sweep is higher
         for speed in at * (1.0 + np.array([-3e-3, -1e-3, 1e-3, 3e-3])):
@@ -99,7 +101,7 @@ def test_the_largest_uses_over_the_speeds() -> None:
     sweep = values("speeds/gear_torque")[1] / [
         table(5, v, 1) for v in axis("speeds/gear_torque", 1)
     ]
-    passing = values("limit/transient_use")
+    passing = values("limit/passage_utilisation")
     assert sweep.max() <= passing[4] <= 1.001 * sweep.max()
     assert passing[3] == 0.0  # a share of the mean is no limit for passing through
 

@@ -53,7 +53,12 @@ def test_what_a_coarse_sweep_steps_over_is_found(text: str) -> None:
     curve = f'speed = ["1000 rpm", "9000 rpm"], stress = ["{allowed!r} Pa", "{allowed / 15!r} Pa"]'
     limited = text + f"limits = [{{ curve = {{ {curve} }} }}]"
     coarse, other = at_points(limited, 23), limited
-    for name in ("limit/largest_use", "exceeded/from", "exceeded/to", "exceeded/peak_speed"):
+    for name in (
+        "limit/largest_utilisation",
+        "exceeded/from",
+        "exceeded/to",
+        "exceeded/peak_speed",
+    ):
         assert value(coarse, name) == pytest.approx(value(other, name), rel=1e-7)
     start, end = value(coarse, "exceeded/from"), value(coarse, "exceeded/to")
     inside = np.any((speed[:, None] >= start) & (speed[:, None] <= end), axis=1)

@@ -114,7 +114,7 @@ def test_load_against_speed_has_limit_barred_range_and_the_line_without_damper(
     grid = RPM * np.asarray(result.record[ROOT + "speeds/stress_half_range"].axes[1].values)
     np.testing.assert_allclose(at(curves["with dampers"], grid), stress)
     ratio = at(curves["without dampers"], grid) / stress
-    bare = values(result, "bare/speeds/torque_half_range")[section]
+    bare = values(result, "without_dampers/speeds/torque_half_range")[section]
     with_it = values(result, "speeds/torque_half_range")[section]
     np.testing.assert_allclose(ratio, bare / with_it, rtol=1e-9)
     np.testing.assert_allclose(

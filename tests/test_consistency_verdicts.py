@@ -156,11 +156,11 @@ def test_errors_of_entries_are_kept_in_the_file(tmp_path: Path) -> None:
 def test_a_condition_uses_gears_and_couplings_as_a_case_with_that_misfire(row: int) -> None:
     found = line('conditions = { misfire = "each" }')
     alone = line(f'misfire = ["{row}"]' if row else "")
-    for name in ("largest_use", "operating_use"):
+    for name in ("largest_utilisation", "operating_utilisation"):
         use = values(found, f"conditions/limit/{name}")[row]
         assert use == pytest.approx(values(alone, f"limit/{name}"), rel=1e-8)
         assert use[0] > 0.0
-    for name in ("use", "largest_use", "largest_use_speed"):
+    for name in ("utilisation", "largest_utilisation", "largest_utilisation_speed"):
         use = values(found, f"conditions/coupling/{name}")[row]
         # a use that no speed changes much is met where rounding says
         assert use == pytest.approx(values(alone, f"coupling/{name}"), rel=1e-5)
@@ -168,11 +168,11 @@ def test_a_condition_uses_gears_and_couplings_as_a_case_with_that_misfire(row: i
 
 def test_the_worst_condition_is_the_row_of_a_coupling() -> None:
     result = line('conditions = { misfire = "each" }')
-    uses = values(result, "conditions/coupling/largest_use")
-    path = "response/torsion/conditions/coupling/largest_use"
+    uses = values(result, "conditions/coupling/largest_utilisation")
+    path = "response/torsion/conditions/coupling/largest_utilisation"
     rows = {row.where["coupling_limit"]: row for row in verdicts_of(result) if row.quantity == path}
     for k, name in enumerate(result.record[path].axes[2].values):
-        assert rows[name].use == uses[:, 0, k].max()
+        assert rows[name].utilisation == uses[:, 0, k].max()
         assert rows[name].state == (BROKEN if uses[:, 0, k].max() > 1.0 else KEPT)
     assert rows["T_KW"].state == BROKEN and "misfires (worst of 4)" in rows["T_KW"].condition
 
@@ -218,7 +218,9 @@ def test_a_mount_that_meets_its_stop_breaks_a_limit_unless_it_stands_on_it(
 def test_rows_come_back_from_a_file_as_they_were(tmp_path: Path) -> None:
     result = replace(golden("engine_geared"), verdicts=None)
     rows = judged(result)
-    odd = rows[0]._replace(computed=np.inf, margin=-np.inf, source="a, b; \u00e9", use=np.nan)
+    odd = rows[0]._replace(
+        computed=np.inf, margin=-np.inf, source="a, b; \u00e9", utilisation=np.nan
+    )
     path = write_result(replace(result, verdicts=(odd, *rows)), tmp_path / "rows.h5")
     again = read_result(path).verdicts
     assert again is not None

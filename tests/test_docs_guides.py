@@ -24,7 +24,7 @@ def propulsion(record: Record) -> list[str]:
     ends = [record[f"response/torsion/barred/{name}"].values for name in ("from", "to")]
     shown = [[f"{convert(one, 'rad/s', 'rpm'):.4g}" for one in end] for end in ends]
     ranges = ", ".join(f"{low} to {high}" for low, high in zip(*shown, strict=True)) or "none"
-    use = float(record["response/torsion/limit/largest_use"].values[0])
+    use = float(record["response/torsion/limit/largest_utilisation"].values[0])
     return [f"{100.0 * use:.4g} %", ranges]
 
 

@@ -70,4 +70,4 @@ def test_what_is_planned_is_made() -> None:
             made = set(json.loads(file.attrs["quantities"]))
         planned = set(planned_quantities(case))
         assert made <= planned, name
-        assert all(one.startswith("isolation/masked/") for one in planned - made), name
+        assert all(one.startswith("isolation/resonances_skipped/") for one in planned - made), name

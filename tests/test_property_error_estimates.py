@@ -26,7 +26,7 @@ from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 
 #: of the range of a peak over the phases there is no truth here; numbers of modes are no estimates
-WITHOUT_TRUTH = ("peak_low", "peak_high", "nearest_order", "masked/")
+WITHOUT_TRUTH = ("peak_low", "peak_high", "nearest_order", "resonances_skipped/")
 
 
 def on_springs(seed: int, model: str, *, run_up: bool = True) -> Table:

@@ -26,7 +26,7 @@ limits = [
     record = ran(text, tmp_path).record
     place = "response/torsion"
     for start in ("", "healthy/"):
-        for name in ("operating_use", "largest_use"):
+        for name in ("operating_utilisation", "largest_utilisation"):
             found = record[f"{place}/{start}limit/{name}"]
             assert found.values.shape == (3,) and np.all(found.values > 0.0)
             assert found.error_estimate < 1e-8 * np.max(found.values)
@@ -36,7 +36,7 @@ limits = [
     # what UR M53 allows is where the worst fillet has 1.15: a use is below one where Q is above
     held = factor.max(axis=1) > 0.0
     least = float(np.min(factor[held][:, :2]))
-    use = float(record[f"{place}/limit/largest_use"].values[2])
+    use = float(record[f"{place}/limit/largest_utilisation"].values[2])
     assert (least > 1.15) == (use < 1.0)
     # without bending stresses are in proportion to the torsion
     assert least * use == pytest.approx(1.15, rel=1e-9)
@@ -45,7 +45,7 @@ limits = [
 
 
 def sectioned(record: Record) -> set[str]:
-    return {*map(str, record["response/torsion/limit/each/use"].axes[1].values)}
+    return {*map(str, record["response/torsion/limit/each/utilisation"].axes[1].values)}
 
 
 def test_a_shaft_kind_is_its_factor(tmp_path: Path) -> None:
@@ -53,7 +53,7 @@ def test_a_shaft_kind_is_its_factor(tmp_path: Path) -> None:
     text = f"{ENGINE}limits = [{{ {rule}, KEY }}, {{ {rule} }}]\n"
     named = ran(text.replace("KEY", 'shaft_kind = "keyway_cylinder"'), tmp_path).record
     given = ran(text.replace("KEY", "design_factor = 0.45"), tmp_path).record
-    for name in ("allowed", "transient", "operating_use", "basis/design_factor"):
+    for name in ("allowed", "transient", "operating_utilisation", "basis/design_factor"):
         path = f"response/torsion/limit/{name}"
         assert np.array_equal(named[path].values, given[path].values)
     assert named["response/torsion/limit/basis/design_factor"].values[:, 0].tolist() == [0.45, 1.0]
@@ -89,11 +89,11 @@ def test_a_table_for_passing_through_is_held_by_itself(tmp_path: Path) -> None:
     stress = record["response/torsion/speeds/stress_half_range"]
     turns = np.asarray(stress.axes[1].values) * 30.0 / np.pi
     sweep = np.max(stress.values[0] / (20e6 + 10e6 * (turns - 700.0) / 1400.0))
-    use = float(record["response/torsion/limit/transient_use"].values[0])
+    use = float(record["response/torsion/limit/passage_utilisation"].values[0])
     assert sweep <= use * (1.0 + 1e-12) and use == pytest.approx(sweep, rel=1e-3)
     assert flags(result) == ["BROKEN"]
     high = ran(ENGINE + passing(curve, 80, 80), tmp_path)
-    here = float(high.record["response/torsion/limit/operating_use"].values[0])
+    here = float(high.record["response/torsion/limit/operating_utilisation"].values[0])
     assert flags(high) == ["pass only" if here <= 1.0 else "BROKEN"]
 
 
@@ -102,8 +102,8 @@ def test_a_gear_that_nothing_damps_has_no_upper_end(tmp_path: Path) -> None:
 limits = [{{ alternating_share = 1, gears = ["pinion - wheel"] }}]
 """
     record = ran(text, tmp_path).record
-    assert record["response/torsion/masked/from"].values.size
-    assert np.isinf(record["response/torsion/limit/largest_use"].values[0])
+    assert record["response/torsion/resonances_skipped/from"].values.size
+    assert np.isinf(record["response/torsion/limit/largest_utilisation"].values[0])
     low, high = (record[f"response/torsion/exceeded/{name}"].values for name in ("from", "to"))
     at = record["response/torsion/limit/speed"].values[0]
     assert np.any((low <= at) & (at <= high))
@@ -121,7 +121,9 @@ def test_narrow_resonances_of_gears_between_the_speeds_are_found(gear: str, tmp_
     for points in (5, 2001):
         speeds = f'speeds = {{ from = "400 rpm", to = "620 rpm", points = {points} }}'
         record = ran(f"{damped}{speeds}\n{limit}\n", tmp_path).record
-        use, at = (record[f"response/torsion/limit/{name}"] for name in ("largest_use", "speed"))
+        use, at = (
+            record[f"response/torsion/limit/{name}"] for name in ("largest_utilisation", "speed")
+        )
         exceeded = record["response/torsion/exceeded/from"].values
         found.append((float(use.values[0]), float(at.values[0]), exceeded))
     (few, there, ranges), (many, place, others) = found

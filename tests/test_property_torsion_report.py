@@ -59,8 +59,12 @@ def row(lines: list[str], start: str, which: int = 0) -> list[str]:
 def test_verdicts_follow_the_uses(
     largest: float, operating: float, transient: float, verdict: str, words: str
 ) -> None:
-    uses = {"each/use": largest, "operating/use": operating, "each/transient_use": transient}
-    shape = np.ones_like(six().record[f"{ROOT}limit/each/use"].values)
+    uses = {
+        "each/utilisation": largest,
+        "operating/utilisation": operating,
+        "each/passage_utilisation": transient,
+    }
+    shape = np.ones_like(six().record[f"{ROOT}limit/each/utilisation"].values)
     result = changed(six(), **{
         f"limit__{name.replace('/', '__')}": use * shape for name, use in uses.items()
     })  # fmt: skip
@@ -99,10 +103,10 @@ def test_what_nothing_damps_is_unbounded_and_said() -> None:
     worst = np.array(six().record[ROOT + "largest/torque_half_range"].values)
     worst[5] = np.inf
     result = changed(six(), largest__torque_half_range=worst)
-    axis = Axis(name="masked", values=np.array([1]))
+    axis = Axis(name="resonance_skipped", values=np.array([1]))
     for name, value in (("from", 50.0), ("to", 50.1), ("mode", 2), ("order", 3.0)):
-        result.record.quantities.pop(f"{ROOT}masked/{name}")
-        result.record.add(quantity(f"{ROOT}masked/{name}", [value], "rad/s", axis))
+        result.record.quantities.pop(f"{ROOT}resonances_skipped/{name}")
+        result.record.add(quantity(f"{ROOT}resonances_skipped/{name}", [value], "rad/s", axis))
     text = render_report(result, full=True)
     assert "unbounded" in " ".join(row(section(text, "Vibration over the speed range"), "rear"))
     assert "No damping at 477.5 to 478.4 rpm (1-node, order 3)" in text

@@ -26,7 +26,7 @@ schema = 1
 title = "one cylinder"
 
 [machine]
-kind = "generator"
+kind = "machine"
 speed = "3000 rpm"
 
 [machine.crank_train]

@@ -95,7 +95,7 @@ class Kind(NamedTuple):
 
 
 KINDS: dict[str, Kind] = {
-    "generator": Kind(
+    "machine": Kind(
         "pistons on a crankshaft at a given speed",
         needs=("crank_train", "speed"),
         foreign=_OF_ROLL,
@@ -231,7 +231,7 @@ def check_kinds(row: Row) -> Iterator[Problem]:
     """Yield what the kind of this machine or a stage needs and that is not there."""
     machine, name = row.data, str(row.data.get("kind", ""))
     near = difflib.get_close_matches(name[:80].lower(), KINDS, n=1)
-    kind = KINDS[near[0] if near else "generator"]  # of a name like no other: what most need
+    kind = KINDS[near[0] if near else "machine"]  # of a name like no other: what most need
     motor = motor_kind(machine)
     finds = motor in FINDING_MOTORS
     if finds and not kind.driven and name in KINDS:

@@ -80,7 +80,7 @@ SCHEMA_VERSION = 1
 
 
 #: each has a row in `kinds.KINDS`, which says what parts it needs
-KindName = Literal["generator", "compressor", "plate", "absorber", "engine", "pump", "drive_train"]
+KindName = Literal["machine", "compressor", "plate", "absorber", "engine", "pump", "drive_train"]
 
 
 class Machine(Table):

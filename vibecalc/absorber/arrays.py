@@ -36,8 +36,8 @@ def tunings(scene: PointsScene) -> None:
         ("primary_damping", z1[done], np.zeros(len(done))),
         ("mass_ratio", m[done], 2.0 * EPSILON * m[done]),
         ("stiffness_ratio", k, k_error),
-        ("secondary_damping", z2, z2_error),
-        ("own_damping", ratio, ratio * relative),
+        ("damping_over_primary_critical", z2, z2_error),
+        ("absorber_damping_ratio", ratio, ratio * relative),
         ("peak", top.largest, top.largest_error + tuning.largest_error[done]),
     ):
         found = np.zeros((2, scene.count))

@@ -174,8 +174,8 @@ VARIED = {
     "primary_damping": "primary damping",
     "mass_ratio": "mass ratio",
     "stiffness_ratio": "stiffness ratio",
-    "secondary_damping": "damping",
-    "own_damping": "own damping",
+    "damping_over_primary_critical": "damping",
+    "absorber_damping_ratio": "own damping",
 }
 
 
@@ -185,8 +185,10 @@ class Vary(Table):
     primary_damping: Shares = key("c1 / (2 sqrt(K1 J1))", ())
     mass_ratio: Positives = key("J2 / J1", ())
     stiffness_ratio: Shares = key("K2 / K1", ())
-    secondary_damping: Shares = key("c2 / (2 sqrt(K1 J1))", ())
-    own_damping: Shares = key("c2 / (2 J2 w2), on the secondary's own frequency", ())
+    damping_over_primary_critical: Shares = key("c2 / (2 sqrt(K1 J1))", ())
+    absorber_damping_ratio: Shares = key(
+        "c2 / (2 J2 w2): over the critical damping of the absorber", ()
+    )
     RULES = (
         one_of(
             *VARIED,
@@ -263,17 +265,17 @@ class Bounds(Table):
     """Constraints on a tuning."""
 
     stiffness_ratio: tuple[Share, Share] | None = key("minimum and maximum", None)
-    damping_ratio: tuple[Share, Share] | None = key(
-        "minimum and maximum, referred to the primary", None
+    damping_over_primary_critical: tuple[Share, Share] | None = key(
+        "minimum and maximum of c2 / (2 sqrt(K1 J1)), of the absorber", None
     )
     travel: Positive | None = key(
         "maximum displacement of the absorber relative to the primary, over T0 / K1", None
     )
     RULES = (
         pair_ordered("stiffness_ratio"),
-        pair_ordered("damping_ratio"),
+        pair_ordered("damping_over_primary_critical"),
         _idle("viscous", "the spring is none", "stiffness_ratio"),
-        _idle("undamped_spring", "the damper is none", "damping_ratio"),
+        _idle("undamped_spring", "the damper is none", "damping_over_primary_critical"),
     )
 
 

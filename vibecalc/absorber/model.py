@@ -451,17 +451,21 @@ def ratios(one: Secondary, scale: Scale | None, ring: float | None = None) -> Ra
     heavy = next((x for x in (one.inertia, one.mass, ring) if x is not None), None)
     stiff = one.stiffness if one.stiffness is not None else one.linear_stiffness
     drag = one.damping if one.damping is not None else one.linear_damping
-    mass, stiffness, damping = one.mass_ratio, one.stiffness_ratio, one.damping_ratio
+    mass, stiffness, damping = (
+        one.mass_ratio,
+        one.stiffness_ratio,
+        one.damping_over_primary_critical,
+    )
     if scale is not None:
         mass = mass if heavy is None else heavy / scale.inertia
         stiffness = stiffness if stiff is None else stiff / scale.stiffness
         damping = damping if drag is None else drag / scale.damping
     if mass is None:
         raise ValueError("a secondary needs a mass")
-    if one.own_damping_ratio is not None and stiffness is not None:
+    if one.absorber_damping_ratio is not None and stiffness is not None:
         from vibecalc.absorber.transfer import damping_from_own_ratio
 
-        found: Any = damping_from_own_ratio(one.own_damping_ratio, mass, stiffness)
+        found: Any = damping_from_own_ratio(one.absorber_damping_ratio, mass, stiffness)
         damping = found[()]  # a number, or one for each point
     return Ratios(mass, stiffness, damping)
 

@@ -83,7 +83,7 @@ OPTIMUM_ROOT = "tuning/optimum"
 
 _BEST = (
     ("stiffness_ratio", "best stiffness of the absorber over that of the primary"),
-    ("secondary_damping", "best damping of the absorber, c2 / (2 sqrt(K1 J1))"),
+    ("damping_over_primary_critical", "best damping of the absorber, c2 / (2 sqrt(K1 J1))"),
 )
 _WORST = "largest response in the band in the worst case of the tolerances"
 BAND_ENTRIES = (

@@ -211,9 +211,9 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
     """Peak, stiffness and damping over the mass ratio, and over each other; a colour for z1."""
     found = {
         name: having(result.record, _ROOT + name, *_OVER)
-        for name in ("peak", "stiffness_ratio", "own_damping")
+        for name in ("peak", "stiffness_ratio", "absorber_damping_ratio")
     }
-    peak, stiff, own = found["peak"], found["stiffness_ratio"], found["own_damping"]
+    peak, stiff, own = found["peak"], found["stiffness_ratio"], found["absorber_damping_ratio"]
     if peak is None or stiff is None or own is None:
         return None
     from matplotlib import colormaps
@@ -264,7 +264,7 @@ _MARKS = ("s", "D", "^", "v")
 def draw_absorber_map(result: Result) -> "Figure | None":
     """Contours by how far the peak is above the best one; optimum, other methods, stock pairs."""
     record = result.record
-    found = having(record, "tuning/map/peak", "stiffness_ratio", "secondary_damping")
+    found = having(record, "tuning/map/peak", "stiffness_ratio", "damping_over_primary_critical")
     best = scalar_of(record, "tuning/peak")
     if found is None or best is None or not np.isfinite(best):
         return None
@@ -285,7 +285,7 @@ def draw_absorber_map(result: Result) -> "Figure | None":
         look: Look = {"color": COLOURS[(place + 1) % 6], "ms": 7 + 3 * place, "zorder": 5, **_RING}
         axes.plot(*at, _MARKS[place % 4], label=name.replace("_", " ").title(), **look)
     stock = (record.quantities.get(HARDWARE + x) for x in (
-        "spring/stiffness_ratio", "oil/secondary_damping"))  # fmt: skip
+        "spring/stiffness_ratio", "oil/damping_over_primary_critical"))  # fmt: skip
     sides = [one.values[(low < one.values) & (one.values < high)] for one, (low, high) in zip(
         stock, ((k[0], k[-1]), (z2[0], z2[-1])), strict=True) if one is not None]  # fmt: skip
     if len(sides) == 2 and all(map(len, sides)):
@@ -315,7 +315,9 @@ def _norm() -> "FuncNorm":
 
 def _place(record: Record, root: str) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and damping ratio of tunings."""
-    return record[f"{root}/stiffness_ratio"].values, record[f"{root}/secondary_damping"].values
+    names = ("stiffness_ratio", "damping_over_primary_critical")
+    stiffness, damping = (record[f"{root}/{name}"].values for name in names)
+    return stiffness, damping
 
 
 def _methods(record: Record) -> list[tuple[str, float, float]]:
@@ -353,8 +355,8 @@ ABSORBER_WARMING = Curves(
         Panel(
             r"damping $c_2 / (2 \sqrt{K_1 J_1})$",
             (
-                Curve(_WARM + "secondary_damping", "", {**_PLAIN, "color": COLOURS[1]}),
-                level("tuning/secondary_damping", "required", linestyle=":"),
+                Curve(_WARM + "damping_over_primary_critical", "", {**_PLAIN, "color": COLOURS[1]}),
+                level("tuning/damping_over_primary_critical", "required", linestyle=":"),
             ),
             log="y",
             legend={"loc": "upper right"},

@@ -101,9 +101,9 @@ class Tuning:
     primary_damping: Any = named("", "", "damping of the primary, c1/(2 sqrt(K1 J1))")
     stiffness_ratio: Any = lead("", "", "stiffness ratio, tuned",
         about="absorber over primary", unless=f"{TUNING_ROOT}/secondary_frequency")  # fmt: skip
-    secondary_damping: Any = lead("", "", "damping of the absorber, c2/(2 sqrt(K1 J1))",
-        unless=f"{TUNING_ROOT}/own_damping")  # fmt: skip
-    own_damping: Any = lead("", "", "damping ratio of the absorber, c2/(2 J2 w2)")
+    damping_over_primary_critical: Any = lead("", "", "damping of the absorber, c2/(2 sqrt(K1 J1))",
+        unless=f"{TUNING_ROOT}/absorber_damping_ratio")  # fmt: skip
+    absorber_damping_ratio: Any = lead("", "", "damping ratio of the absorber, c2/(2 J2 w2)")
     travel: Any = lead("", "", _TRAVEL, unless=f"{RESPONSE_ROOT}/motion/in_band/travel")
     certificate: Any = q("", "", "remainder of the gradients: 0 for an optimum",
         exempt=CHECK, diagnostic=True)  # fmt: skip
@@ -142,9 +142,9 @@ class EachTuned:
     mass_ratio: Any = q("absorber", "", "mass ratio of each absorber", exempt=DIFFERENCE)
     stiffness_ratio: Any = lead("absorber", "", "stiffness ratio of absorber",
         pick="each", unless=_BUILT, exempt=DIFFERENCE)  # fmt: skip
-    secondary_damping: Any = q("absorber", "",
+    damping_over_primary_critical: Any = q("absorber", "",
         "damping of absorber, c2 / (2 sqrt(K1 J1))", exempt=DIFFERENCE)  # fmt: skip
-    own_damping: Any = lead("absorber", "", "damping ratio of absorber, c2/(2 J2 w2)",
+    absorber_damping_ratio: Any = lead("absorber", "", "damping ratio of absorber, c2/(2 J2 w2)",
         pick="each", unless=_BUILT, exempt=DIFFERENCE)  # fmt: skip
     torsional_stiffness: Any = lead("absorber", "N*m/rad", "spring of absorber",
         pick="each", exempt=DIFFERENCE)  # fmt: skip
@@ -164,9 +164,9 @@ class EachTuned:
 #: what a tuning finds, said of several tunings
 _FOUND = (
     ("stiffness_ratio", "stiffness of the absorber over that of the primary"),
-    ("secondary_damping", "damping of the absorber, c2 / (2 sqrt(K1 J1))"),
+    ("damping_over_primary_critical", "damping of the absorber, c2 / (2 sqrt(K1 J1))"),
     ("peak", "largest response of the primary"),
-    ("own_damping", "damping of the absorber on its own frequency, c2 / (2 J2 w2)"),
+    ("absorber_damping_ratio", "damping of the absorber on its own frequency, c2 / (2 J2 w2)"),
 )
 #: other tunings, in tables below that of the best one: their axes and words
 _OTHERS = (
@@ -189,7 +189,7 @@ _OTHERS = (
         "peak within the bounds over that without, less 1"),
     *(entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"optimum {words}")
         for name, words in _FOUND),
-    entry(f"{TUNING_ROOT}/map/peak", "stiffness_ratio secondary_damping", "",
+    entry(f"{TUNING_ROOT}/map/peak", "stiffness_ratio damping_over_primary_critical", "",
         "largest response around the optimum"),
 )  # fmt: skip
 
@@ -221,7 +221,7 @@ class Built:
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/built"
     stiffness_ratio: Any = named("", "", "stiffness ratio, installed springs")
-    secondary_damping: Any = named("", "", f"damping, installed oil, {_PRIMARY}")
+    damping_over_primary_critical: Any = named("", "", f"damping, installed oil, {_PRIMARY}")
     spring_rate: Any = named("", "N/m", "rate of each installed spring")
     peak: Any = named("", "", "largest response with the installed parts")
     peak_frequency: Any = named("", "rad/s", "peak frequency, installed parts")
@@ -253,7 +253,7 @@ class StockOils:
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/oil"
     kinematic_viscosity: Any = q("stock_oil", "m^2/s", "at the temperature of the gap")
     damping: Any = q("stock_oil", "N*m*s/rad", "damping of the gap with this oil")
-    secondary_damping: Any = q("stock_oil", "", f"the same, {_PRIMARY}")
+    damping_over_primary_critical: Any = q("stock_oil", "", f"the same, {_PRIMARY}")
     right_temperature: Any = q("stock_oil", "K",
         "temperature at which the oil has the required viscosity; 0: never")  # fmt: skip
 
@@ -264,7 +264,7 @@ class StockDampers:
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/damper"
     damping: Any = q("stock_damper", "N*s/m", "damping of all such dampers together")
-    secondary_damping: Any = q("stock_damper", "", "the same, c2 / (2 sqrt(K1 M1))")
+    damping_over_primary_critical: Any = q("stock_damper", "", "the same, c2 / (2 sqrt(K1 M1))")
 
 
 @dataclass(frozen=True)
@@ -308,7 +308,7 @@ class Warming:
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/warming"
     damping: Any = q("temperature", "N*m*s/rad", "damping of the best oil over temperature")
-    secondary_damping: Any = q("temperature", "", _PRIMARY)
+    damping_over_primary_critical: Any = q("temperature", "", _PRIMARY)
     peak: Any = q("temperature", "", "largest response with the same springs and oil")
     best_stiffness_ratio: Any = q("temperature", "",
         "optimum stiffness for this damping")  # fmt: skip
@@ -431,7 +431,7 @@ AXES = MOTION_AXES | {
     "primary_damping": ("", "damping of the primary, c1 / (2 sqrt(K1 J1))"),
     "mass_ratio": ("", "inertia of the absorber over that of the primary"),
     "stiffness_ratio": ("", "stiffness of the absorber over that of the primary"),
-    "secondary_damping": ("", "damping of the absorber, c2 / (2 sqrt(K1 J1))"),
+    "damping_over_primary_critical": ("", "damping of the absorber, c2 / (2 sqrt(K1 J1))"),
     "stock_spring": ("", "spring that can be bought"),
     "stock_oil": ("", "oil that can be bought"),
     "stock_damper": ("", "damper that can be bought"),
@@ -447,6 +447,8 @@ NAMES = {
     "ratio": ("primary_damping", "mass_ratio"),
     "toleranced": ("natural_frequency", "mass", "stiffness", "damping"),
 }
+#: the largest response and the maxima of its curves, of which a search sees each
+MAXIMA = {f"{RESPONSE_ROOT}/largest": f"{RESPONSE_ROOT}/peak/magnitude"}
 ENTRIES = (
     *entries_of(Tuning, Active, EachTuned),
     *_OTHERS,

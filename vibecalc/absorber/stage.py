@@ -147,10 +147,10 @@ def _tuning(case: "Case") -> Stage:
         (several and turning, "each/torsional_"),
         (several and moving, "each/linear_"),
         (several and units, "each/frequency"),
-        (one, "mass_ratio stiffness_ratio secondary_damping"),
+        (one, "mass_ratio stiffness_ratio damping_over_primary_critical"),
         (not white, "peak peak_alone"),
         (one and not white, "travel"),
-        (one and free, "own_damping"),
+        (one and free, "absorber_damping_ratio"),
         ((banded or one) and not swings, "helps"),
         (swings, "optimum/"),
         (one and free and not banded, "without_spring"),
@@ -161,7 +161,7 @@ def _tuning(case: "Case") -> Stage:
         (not (least_squares or swings), "active/weight"),
         (options.tolerances is not None, "tolerances/"),
         (options.tolerances is not None and one, "tolerances/exact/stiffness_ratio"),
-        (options.tolerances is not None and one, "tolerances/exact/secondary_damping"),
+        (options.tolerances is not None and one, "tolerances/exact/damping_over_primary_critical"),
         (least_squares, "mean_square"),
         (one and is_over_one(options) and not banded, "peak_less_one"),
         (free and not least_squares and not banded, "certificate"),
@@ -218,8 +218,8 @@ TUNED_KEYS = frozenset(["machine.secondary.mass_ratio", "machine.primary.damping
 TOGETHER = tuple(
     f"tuning/{name}"
     for name in (
-        *("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping"),
-        *("own_damping", "peak"),
+        *("primary_damping", "mass_ratio", "stiffness_ratio", "damping_over_primary_critical"),
+        *("absorber_damping_ratio", "peak"),
     )
 )
 
@@ -287,7 +287,14 @@ RATIO_KEYS = frozenset(
     [
         *(f"machine.primary.{one}" for one in ("damping_ratio", "natural_frequency")),
         "machine.secondary.mass_ratio",
-        *(f"machine.secondary.{one}_ratio" for one in ("stiffness", "damping", "own_damping")),
+        *(
+            f"machine.secondary.{one}"
+            for one in (
+                "stiffness_ratio",
+                "damping_over_primary_critical",
+                "absorber_damping_ratio",
+            )
+        ),
         *(
             f"machine.{system}.{one}"
             for system in ("primary", "secondary")
@@ -372,7 +379,7 @@ def _hardware(case: "Case") -> Iterator[Stage]:
         (machine.ring is not None, "ring"),
         (rod or springs is not None or gap is not None or dampers, "primary_frequency"),
         (sprung, "built/stiffness_ratio built/spring_rate"),
-        (oiled, "built/secondary_damping"),
+        (oiled, "built/damping_over_primary_critical"),
         (built, "built/peak"),
         (springs is not None and tuning is not None and not viscous, "spring_rate"),
         (gap is not None, "clearance gap/"),

@@ -67,7 +67,12 @@ Several = Annotated[int, Field(strict=True, ge=1, le=100)]
 WAYS = {
     "mass": ("mass_ratio", "inertia", "mass"),
     "stiffness": ("stiffness_ratio", "stiffness", "linear_stiffness"),
-    "damping": ("damping_ratio", "own_damping_ratio", "damping", "linear_damping"),
+    "damping": (
+        "damping_over_primary_critical",
+        "absorber_damping_ratio",
+        "damping",
+        "linear_damping",
+    ),
 }
 #: keys of a primary and of absorbers that say how they move
 MOTIONS = {
@@ -149,11 +154,12 @@ class Secondary(Table):
     )
     stiffness: AngularStiffness | None = key("K2 to its carrier, in torsion", None, ge=0)
     linear_stiffness: LinearStiffness | None = key("to its carrier, in translation", None, ge=0)
-    damping_ratio: Share | None = key(
-        "c2 / (2 sqrt(K1 J1)): referred to the primary, not to its own frequency", None
+    damping_over_primary_critical: Share | None = key(
+        "c2 / (2 sqrt(K1 J1)): over the critical damping of the primary, not of the absorber", None
     )
-    own_damping_ratio: Share | None = key(
-        "c2 / (2 J2 w2) instead, on its own frequency; it needs a spring", None
+    absorber_damping_ratio: Share | None = key(
+        "instead, c2 / (2 J2 w2): over the critical damping of the absorber, with its spring",
+        None,
     )
     damping: AngularDamping | None = key(
         "c2, in torsion; a negative one would feed energy in", None, ge=0
@@ -163,10 +169,10 @@ class Secondary(Table):
         *(at_most_one(*keys) for keys in WAYS.values()),
         _ONE_MOTION,
         refuse(
-            "own_damping_ratio",
+            "absorber_damping_ratio",
             "without a spring the absorber has no frequency of its own for this ratio",
-            lambda t: "own_damping_ratio" in t and 0.0 in map(t.number, WAYS["stiffness"]),
-            "damping_ratio, which is referred to the primary, or a stiffness > 0",
+            lambda t: "absorber_damping_ratio" in t and 0.0 in map(t.number, WAYS["stiffness"]),
+            "damping_over_primary_critical, which is referred to the primary, or a stiffness > 0",
         ),
     )
 

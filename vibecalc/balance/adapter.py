@@ -61,7 +61,7 @@ def run_balance(scene: Scene) -> None:
         position=rounded(position, 8),
         speed_ratio=ratio.astype(float),
         mass=unbalance[known] / sought.radius[known] if known.any() else None,
-        use=unbalance[bounded] / sought.places.largest[bounded] if bounded.any() else None,
+        utilisation=unbalance[bounded] / sought.places.largest[bounded] if bounded.any() else None,
     )
     scene.emit_all(found, {**sought.axes, "direction": DIRECTIONS})
     turning = RotatingMasses(

@@ -87,7 +87,9 @@ def _weights(result: Result) -> list[str]:
         Cells(phase, "phase\ndeg", "deg", blank=True),
         Cells(position, "position\nmm", lambda value, _: show(1e3 * value, 1e-9)),
         Cells(_of_some("mass"), "mass\n{unit}", "g"),
-        Cells(_of_some("use"), "share of\nmaximum", lambda value, _: f"{100.0 * value:.1f} %"),
+        Cells(
+            _of_some("utilisation"), "share of\nmaximum", lambda value, _: f"{100.0 * value:.1f} %"
+        ),
     )
     return rows_of(record, Rows("weight", "weight", columns))[0]
 
@@ -121,7 +123,7 @@ def _reached(record: Record) -> Iterator[str]:
                      for when in ("after", "before"))  # fmt: skip
     if free is None or after is None or before is None:
         return
-    bounds = record.quantities.get(f"{_WEIGHT}/use")
+    bounds = record.quantities.get(f"{_WEIGHT}/utilisation")
     use = {} if bounds is None else dict(zip(labels(bounds.axes[0]), bounds.values, strict=True))
     names = np.array(labels(record[f"{_WEIGHT}/unbalance"].axes[0]))
     turns = np.abs(record[f"{_WEIGHT}/speed_ratio"].values)

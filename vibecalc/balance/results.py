@@ -26,7 +26,7 @@ class WeightsFound:
     )
     speed_ratio: Any = q("weight", "", "of its shaft over the crank speed")
     mass: Any = q("balance_radius", "kg", "of a weight at its radius")
-    use: Any = q("balance_bound", "", "unbalance over the largest of the weight")
+    utilisation: Any = q("balance_bound", "", "unbalance over the largest of the weight")
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
     weights, on_crank = balance.weights, len(balance.counterweights)
     absent = tuple(
         f"weight/{name}"
-        for name, key in (("mass", "radius"), ("use", "largest_unbalance"))
+        for name, key in (("mass", "radius"), ("utilisation", "largest_unbalance"))
         if all(getattr(one, key) is None for one in weights)
     )
     yield Stage(

@@ -198,7 +198,7 @@ def _run_up(path: str, label: str, look: Look) -> Panel:
         limits(top, "run-up"),
         _steady(f"{path}/steady_peak"),
         resonances(*_NATURAL),
-        spans("isolation/masked"),
+        spans("isolation/resonances_skipped"),
         peak(top, f"{top}_speed"),
     )
     return Panel(f"{label}\nforce", parts, unit="N", log="x", ends=partial(usual_ends, low=0.0))

@@ -111,7 +111,7 @@ class SupportDisplacement:
 class Masked(LeftOut):
     """Of the run-up of forces."""
 
-    ROOT = "isolation/masked"
+    ROOT = "isolation/resonances_skipped"
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ CURVE = "isolation/pitch/transmissibility_curve"
 PEAKS = [paths_of(one, "run_up_peak", "run_up_peak_speed") for one in (SupportForce, LeverForce)]
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages next to it
-_OTHERS = ("run_up", "masked", "efficiency", "isolation/mounts/")
+_OTHERS = ("run_up", "skipped", "efficiency", "isolation/mounts/")
 
 
 def plan_isolation(case: "Case") -> Iterator[Stage]:
@@ -123,7 +123,7 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
         quantities=tuple(
             path
             for path in below("isolation/", without=() if pitch else ("couple_over_lever",))
-            if ("run_up" in path or "masked" in path)
+            if ("run_up" in path or "skipped" in path)
             and (stops or path not in OF_RUN_UP)
             and (options.run_up_maxima is not None or "/maxima/" not in path)
         ),

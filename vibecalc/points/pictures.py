@@ -91,7 +91,7 @@ def _title(result: Result) -> str:
 
 def _over_speed(name: str, unit: str) -> Panel:
     path = f"{RUN_UP}/{name}_rms"
-    left_out = spans("isolation/masked", "left out: unbounded")
+    left_out = spans("isolation/resonances_skipped", "left out: unbounded")
     top = peak(f"{path}_largest", f"{path}_largest_speed")
     parts = (left_out, Curve(path, "{}"), _zones(name), operating, top)
     return Panel(f"{name}, r.m.s.", parts, unit=unit, log="y", legend=_RIGHT)

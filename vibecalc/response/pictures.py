@@ -42,7 +42,7 @@ ENERGY_BY_ORDER = Curves(
 # Mean energies of the body over a range of speeds, with the speeds left out as bands.
 # ----------------------------------------------------------------------------
 
-_MASKED = "response/masked"
+_MASKED = "response/resonances_skipped"
 
 
 def _mean(i: int) -> tuple[Curve, Mark]:

@@ -108,7 +108,7 @@ def _run_up(record: Record) -> list[str]:
     A driven resonance without damping among the speeds leaves no largest value: what was computed
     at the edge of the speeds left out is not one.
     """
-    rows, centre = [], having(record, f"{LeftOut.ROOT}/centre", "masked")
+    rows, centre = [], having(record, f"{LeftOut.ROOT}/centre", "resonance_skipped")
     for found in (record[path] for path in paths_of(OverSpeed) if having(record, path, "speed")):
         top = int(np.argmax(found.values))
         value, at = show(found.values[top], found.error_estimate), found.axes[0].values[top]

@@ -147,12 +147,12 @@ class OverSpeed:
 class LeftOut:
     """Intervals of speed about undamped resonances."""
 
-    ROOT: ClassVar[str] = "response/masked"
-    low: Any = q("masked", "rad/s", "last speed computed below")
-    centre: Any = q("masked", "rad/s", "speed of the undamped resonance")
-    high: Any = q("masked", "rad/s", "first speed computed above")
-    order: Any = q("masked", "", "order in resonance")
-    mode: Any = q("masked", "", "mode in resonance")
+    ROOT: ClassVar[str] = "response/resonances_skipped"
+    low: Any = q("resonance_skipped", "rad/s", "last speed computed below")
+    centre: Any = q("resonance_skipped", "rad/s", "speed of the undamped resonance")
+    high: Any = q("resonance_skipped", "rad/s", "first speed computed above")
+    order: Any = q("resonance_skipped", "", "order in resonance")
+    mode: Any = q("resonance_skipped", "", "mode in resonance")
 
 
 # ----------------------------------------------------------------------------

@@ -240,10 +240,10 @@ SPEEDS = under(
           "least margin to an order over the speed range; negative: critical within it"),
     entry("separation/range/order", "mode order_class", "", "that order; 0: none"),
     entry("separation/range/sufficient", "mode order_class", "", _SUFFICIENT),
-    entry("masked/from", "masked", "rad/s", "a mode is undamped from here"),
-    entry("masked/to", "masked", "rad/s", "to here"),
-    entry("masked/mode", "masked", "", "the mode"),
-    entry("masked/order", "masked", "", "and the order that meets it"),
+    entry("resonances_skipped/from", "resonance_skipped", "rad/s", "a mode is undamped from here"),
+    entry("resonances_skipped/to", "resonance_skipped", "rad/s", "to here"),
+    entry("resonances_skipped/mode", "resonance_skipped", "", "the mode"),
+    entry("resonances_skipped/order", "resonance_skipped", "", "and the order that meets it"),
     entry("largest/torque_half_range", "section", "N*m", _TOP, headline=_largest("torque")),
     entry("largest/twist_half_range", "section", "rad", "there"),
     entry("largest/stress_half_range", "section", "Pa", "there", headline=_largest("stress")),
@@ -307,18 +307,19 @@ LIMITS = under(
           "for continuous operation, of limits of the torque, in the section or gear of highest "
           "utilisation"),
     entry("torque_transient", "limit speed", "N*m", f"for passing through, there; {_PASSES}"),
-    entry("largest_use", "limit", "", "largest stress or torque over allowed, at any speed",
+    entry("largest_utilisation", "limit", "", "largest stress or torque over allowed, at any speed",
           share=True,
           headline=Headline("highest utilisation", at=f"{ROOT}/limit/speed",
                             words=f"{_REPORT}:most_used")),
     entry("speed", "limit", "rad/s", "where that is"),
     entry("section", "limit", "", "in this section, counted from 1; 0: in a gear"),
     entry("gear", "limit", "", "in this gear, counted from 1; 0: in a section"),
-    entry("operating_use", "limit", "", "stress or torque over allowed at the operating speed",
+    entry("operating_utilisation", "limit", "",
+          "stress or torque over allowed at the operating speed",
           share=True,
           headline=Headline("utilisation at operating speed",
                             words=f"{_REPORT}:most_used_at_speed")),
-    entry("transient_use", "limit", "",
+    entry("passage_utilisation", "limit", "",
           "largest stress or torque over that for passing through; 0: the limit has none",
           name="utilisation, passage", share=True),
 )  # fmt: skip
@@ -331,13 +332,13 @@ BY_SECTION = under(
     entry("basis/size_factor", _EACH, "", "c_D of a rule"),
     entry("basis/design_factor", _EACH, "", "c_K of a rule"),
     *_held("operating", _HERE, f"{_HALF}, {_HERE}"),
-    entry("operating/use", _EACH, "",
+    entry("operating/utilisation", _EACH, "",
           f"stress or torque over allowed in continuous operation, {_HERE}"),
-    entry("each/use", _EACH, "", "largest stress or torque over allowed, at any speed"),
+    entry("each/utilisation", _EACH, "", "largest stress or torque over allowed, at any speed"),
     entry("each/speed", _EACH, "rad/s", "where that is"),
     entry("each/speed_ratio", _EACH, "", "lambda: that speed over the rated one"),
     *_held("each", "there", "there"),
-    entry("each/transient_use", _EACH, "",
+    entry("each/passage_utilisation", _EACH, "",
           "largest over what is allowed for passing through, at any speed; 0: the limit has none"),
     entry("crank/bending_factor", _CRANK, "",
           "alpha_B, beta_B, gamma_B: stress concentration in bending"),
@@ -391,12 +392,12 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
     load = "section, counted from 1, then gears; 0: outside the limit"
     return under(
         f"{ROOT}/{place}/limit",
-        entry("operating_use", axes, "", f"{use}, {_HERE}", share=True,
+        entry("operating_utilisation", axes, "", f"{use}, {_HERE}", share=True,
               name="utilisation at operating speed, worst condition"),
-        entry("largest_use", axes, "", f"{use}, largest at any speed", headline=headline,
+        entry("largest_utilisation", axes, "", f"{use}, largest at any speed", headline=headline,
               share=True),
         entry("speed", axes, "rad/s", "where that is"),
-        entry("unbarred_use", axes, "",
+        entry("unbarred_utilisation", axes, "",
               "largest at speeds that may not be barred: the operating speed, and for a rule those "
               "from lambda = 0.8"),
         *(one for start, at in (("", "at the largest use"), ("operating_", _HERE)) for one in (
@@ -410,9 +411,10 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
 
 
 VARIANTS = (
-    *_half_ranges("bare", _BARE),
+    *_half_ranges("without_dampers", _BARE),
     *under(ROOT,
-        entry("bare/natural_frequency", "bare_mode", "rad/s", "without its dampers"),
+        entry("without_dampers/natural_frequency", "mode_without_dampers", "rad/s",
+              "without its dampers"),
         entry("reduction", "section", "", "largest torque without dampers over that with them",
               headline=Headline("torque reduction by the dampers, factor", pick="least"))),
     *_half_ranges("healthy", _HEALTHY),
@@ -551,10 +553,10 @@ def _borne(place: str, axes: str, words: str) -> Iterator[Entry]:
 
 
 def _largest_use(axes: str, words: str, of: str = "", place: str = "") -> Iterator[Entry]:
-    at = f"{place}/largest_use_speed"
+    at = f"{place}/largest_utilisation_speed"
     headline = Headline(f"coupling utilisation{of}", at=at) if of else None
-    yield entry("largest_use", axes, "", words, headline=headline, share=True)
-    yield entry("largest_use_speed", axes, "rad/s", "where that is", exempt=PLACE)
+    yield entry("largest_utilisation", axes, "", words, headline=headline, share=True)
+    yield entry("largest_utilisation_speed", axes, "rad/s", "where that is", exempt=PLACE)
 
 
 COUPLING_ENTRIES = (
@@ -567,24 +569,24 @@ COUPLING_ENTRIES = (
               f"relative damping over 2 pi, at the frequency of the order, {_HERE}"),
         entry("mode_stiffness", "coupling mode", "N*m/rad",
               f"dynamic, at the undamped natural frequency of the mode, {_HERE}"),
-        entry("use", _LIMITED, "", f"{_USE}, {_HERE}",
+        entry("utilisation", _LIMITED, "", f"{_USE}, {_HERE}",
               share=True, headline=Headline("coupling utilisation at operating speed")),
         *_borne("speeds/", "coupling speed", "over the speeds"),
         *_borne("largest/", "coupling", "the largest at any speed"),
         *(entry(f"largest/{one}_speed", "coupling", "rad/s", "where that is", exempt=PLACE)
           for one in LARGEST),
-        entry("speeds/use", f"{_LIMITED} speed", "", _USE),
+        entry("speeds/utilisation", f"{_LIMITED} speed", "", _USE),
         *_largest_use(_LIMITED, f"{_USE}, the largest at any speed", ", speed range",
                       COUPLING),
     ),
     *under(
         HEALTHY,
-        entry("use", _LIMITED, "", f"{_USE}, {_HERE}, all cylinders firing"),
+        entry("utilisation", _LIMITED, "", f"{_USE}, {_HERE}, all cylinders firing"),
         *_largest_use(_LIMITED, f"{_USE}, the largest at any speed, all cylinders firing"),
     ),
     *under(
         f"{CONDITIONS}/coupling",
-        entry("use", f"condition {_LIMITED}", "", f"{_USE}, {_HERE}"),
+        entry("utilisation", f"condition {_LIMITED}", "", f"{_USE}, {_HERE}"),
         *_largest_use(f"condition {_LIMITED}", f"{_USE}, the largest at any speed",
                       ", worst condition", f"{CONDITIONS}/coupling"),
     ),
@@ -607,7 +609,7 @@ AXES = {
     "gear": ("", "gear of the line"),
     "hammering": ("", "range of speeds in which a gear hammers"),
     "order_class": ("", "major: the cylinders of each bank in phase; other: not"),
-    "bare_mode": ("", "mode of the line without dampers, lowest first"),
+    "mode_without_dampers": ("", "mode of the line without dampers, lowest first"),
     "limit": ("", "limit of the case, the first is 1"),
     "crank_place": ("", "place of a crank throw"),
     "barred": ("", "range of speeds to be passed through, ascending"),
@@ -626,7 +628,8 @@ ENTRIES = (
 )
 #: results that are found over a range of speeds
 _OVER_RANGE = (
-    *("/speeds/", "/masked/", "/largest", "/peak/", "/bare/", "/barred/", "/exceeded/"),
+    *("/speeds/", "/resonances_skipped/", "/largest", "/peak/", "/without_dampers/"),
+    *("/barred/", "/exceeded/"),
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
 )
 #: folders of stages of their own
@@ -660,7 +663,8 @@ HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), study_results.DESIGN: (CANCELS,)}
 #: curves over the speeds below a folder and the results that a bound on all of one is held against
 _EXTREMES = (
     *((ROOT, name) for name in FOLLOWED),
-    *((f"{ROOT}{of}", f"{load}_half_range") for of in ("", "/bare", "/healthy", "/conditions")
+    *((f"{ROOT}{of}", f"{load}_half_range")
+      for of in ("", "/without_dampers", "/healthy", "/conditions")
       for load in ("torque", "stress")),
     *((CONDITIONS, "angle_half_range"), (IRREGULARITY, "degree")),
     *((COUPLING, name) for name in LARGEST),
@@ -671,5 +675,5 @@ EXTREMES = {
         for root, name in _EXTREMES
     },
     **{(f"{CURVES}/{name}/order", "max"): f"{CURVES}/{name}/largest" for name in QUANTITIES},
-    (f"{COUPLING}/speeds/use", "max"): f"{COUPLING}/largest_use",
+    (f"{COUPLING}/speeds/utilisation", "max"): f"{COUPLING}/largest_utilisation",
 }

@@ -141,7 +141,10 @@ def _picked(case: "Case", line: "ShaftLine", torsion: "Torsion", ranged: bool) -
     bored, own = train is not None and train.bore, torsion.damping_model is None
     modal = torsion.damping_model is not None and torsion.damping_model.kind == "modal"
     lacking = _without(
-        (line.dampers, "ring_shape /damper/ /bare/ /reduction /speeds/heat /speeds/travel"),
+        (
+            line.dampers,
+            "ring_shape /damper/ /without_dampers/ /reduction /speeds/heat /speeds/travel",
+        ),
         (line.dampers, "/largest/heat /largest/travel"),
         (line.gears, "gear /hammering/"),
         (torsion.campbell and modes_follow_speed(case), "/campbell/"),
@@ -159,7 +162,10 @@ def _picked(case: "Case", line: "ShaftLine", torsion: "Torsion", ranged: bool) -
         (train and train.tangential_effort is None, "/excitation/pressure"),
         (bored, "tangential_pressure mean_indicated_pressure"),
         (named_couplings(case), "/coupling/"),
-        (coupling_limits(case), "/coupling/largest_use /coupling/use /coupling/speeds/use"),
+        (
+            coupling_limits(case),
+            "/coupling/largest_utilisation /coupling/utilisation /coupling/speeds/utilisation",
+        ),
         (torsion.misfire, "/healthy/"),
         (torsion.limits, "/barred/ /exceeded/ healthy/limit/"),
         (own and has_laws(line), "/damping/"),

@@ -156,7 +156,7 @@ TRANSIENTS = (
         _study("clutch/common_speed", "", "rad/s",
                "mean crank speed at that time, from the momentum of both parts"),
         _study("clutch/engagements", "", "", "number of times it locks"),
-        _study("clutch/use", "", "",
+        _study("clutch/utilisation", "", "",
                "largest torque while locked / friction torque; 1: where it slips"),
         _study("clutch/slip_speed", "clutch_time", "rad/s",
                "of its plates, first end minus second, not referred", curve="clutch_slip"),

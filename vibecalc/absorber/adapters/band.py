@@ -116,7 +116,7 @@ def _emit_optimum(scene: Scene, problem: BandProblem) -> None:
     best = band_tuning(problem)
     for name, value, error in (
         ("stiffness_ratio", best.stiffness_ratio[0], best.stiffness_error[0]),
-        ("secondary_damping", best.secondary_damping[0], best.damping_error[0]),
+        ("damping_over_primary_critical", best.secondary_damping[0], best.damping_error[0]),
         ("peak", best.largest, best.largest_error),
     ):
         scene.emit(f"{OPTIMUM_ROOT}/{name}", value, error)
@@ -203,7 +203,11 @@ def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> N
     root = f"{TOLERANCES_ROOT}/exact"
     if len(problem.mass) == 1:
         scene.emit(f"{root}/stiffness_ratio", exact.stiffness_ratio[0], exact.stiffness_error[0])
-        scene.emit(f"{root}/secondary_damping", exact.secondary_damping[0], exact.damping_error[0])
+        scene.emit(
+            f"{root}/damping_over_primary_critical",
+            exact.secondary_damping[0],
+            exact.damping_error[0],
+        )
     scene.emit(f"{root}/nominal_peak", exact.largest, exact.largest_error)
 
     def worst(k: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -116,7 +116,7 @@ def _emit_built(scene: Scene, parts: AbsorberParts, scale: Scale, absorber: Abso
     if filled is None or filled.oil is None:
         return
     drag = oil_damping(filled.oil, filled.gap, filled.temperature) / rounded(scale.damping, 14.0)
-    scene.emit_all(Built(secondary_damping=drag))
+    scene.emit_all(Built(damping_over_primary_critical=drag))
     if not sprung and (tuning is None or tuning.kind not in VISCOUS):
         return
     k = absorber.stiffness_ratio if sprung else 0.0

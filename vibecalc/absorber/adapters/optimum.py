@@ -162,7 +162,10 @@ def limits_of(options: Tuning) -> Limits:
     none, bounds = (0.0, np.inf), options.bounds
     if bounds is None:
         return Limits(none, none, np.inf)
-    stiffness, damping = bounds.stiffness_ratio or none, bounds.damping_ratio or none
+    stiffness, damping = (
+        bounds.stiffness_ratio or none,
+        bounds.damping_over_primary_critical or none,
+    )
     if options.kind == "viscous":
         stiffness = (0.0, 0.0)
     if options.kind == "undamped_spring":
@@ -223,7 +226,7 @@ def emit_comparison(
     top, travel = peaks(free, *pair), peaks(free, pair[0], _TRAVEL)
     k, z2 = float(np.asarray(free.stiffness_ratio)), float(np.asarray(free.secondary_damping))
     scene.emit(f"{TUNING_ROOT}/unbounded/stiffness_ratio", k, best.stiffness_error)
-    scene.emit(f"{TUNING_ROOT}/unbounded/secondary_damping", z2, best.damping_error)
+    scene.emit(f"{TUNING_ROOT}/unbounded/damping_over_primary_critical", z2, best.damping_error)
     for name, one in (("peak", top), ("travel", travel)):
         value = float(one.largest)
         error = float(one.largest_error) + best.value_error * (name == "peak")
@@ -291,7 +294,9 @@ def emit_methods(
     k, z2, promised = np.array(rows).T
     root, axes = f"{TUNING_ROOT}/method", {"method": options.compare}
     scene.emit(f"{root}/stiffness_ratio", k, 8.0 * EPSILON * k + best.stiffness_error, axes)
-    scene.emit(f"{root}/secondary_damping", z2, 8.0 * EPSILON * z2 + best.damping_error, axes)
+    scene.emit(
+        f"{root}/damping_over_primary_critical", z2, 8.0 * EPSILON * z2 + best.damping_error, axes
+    )
     if top is not None:
         scene.emit(f"{root}/promised", promised, 16.0 * EPSILON, axes)
         scene.emit(f"{root}/peak", top(k, z2), axes=axes)
@@ -359,10 +364,12 @@ def emit_chart(scene: Scene, options: Tuning) -> None:
     on_secondary = np.where(k > 0.0, own_damping_ratio(there), 0.0)
     axes = {"primary_damping": damping, "mass_ratio": ratio}
     scene.emit(f"{TUNING_ROOT}/chart/stiffness_ratio", k, best.stiffness_error, axes)
-    scene.emit(f"{TUNING_ROOT}/chart/secondary_damping", z2, best.damping_error, axes)
+    scene.emit(f"{TUNING_ROOT}/chart/damping_over_primary_critical", z2, best.damping_error, axes)
     safe = [np.where(part > 0.0, part, 1.0) for part in (k, z2)]
     relative = best.stiffness_error / safe[0] + best.damping_error / safe[1] + 8.0 * EPSILON
-    scene.emit(f"{TUNING_ROOT}/chart/own_damping", on_secondary, on_secondary * relative, axes)
+    scene.emit(
+        f"{TUNING_ROOT}/chart/absorber_damping_ratio", on_secondary, on_secondary * relative, axes
+    )
     uncertainty = np.where(np.isfinite(top.largest), top.largest_error, 0.0)
     if options.norm == "h_infinity":
         uncertainty = uncertainty + best.value_error
@@ -379,5 +386,5 @@ def emit_map(scene: Scene, options: Tuning, tuned: Absorber) -> None:
     found = peaks(
         Absorber(z1, m, stiffness[:, None], damping[None, :]), options.excitation, options.response
     )
-    axes = {"stiffness_ratio": stiffness, "secondary_damping": damping}
+    axes = {"stiffness_ratio": stiffness, "damping_over_primary_critical": damping}
     scene.emit(f"{TUNING_ROOT}/map/peak", found.largest, found.largest_error, axes)

@@ -49,7 +49,7 @@ def family(
         locked = absorber._replace(stiffness_ratio=np.inf)
         rows += [locked, absorber._replace(stiffness_ratio=0.0, secondary_damping=0.0)]
     secondary = case.machine.secondary
-    ratio = None if secondary is None else secondary.own_damping_ratio
+    ratio = None if secondary is None else secondary.absorber_damping_ratio
     if options.vary is not None:
         rows += _varied(options.vary, absorber, ratio)
     lead = np.broadcast_shapes(*(np.shape(part) for part in absorber))
@@ -64,12 +64,14 @@ def _varied(vary: Vary, given: Absorber, ratio: float | None) -> list[Absorber]:
     key, rows = varied_key(vary), []
     for value in getattr(vary, key):
         each = given
-        if key == "own_damping":
+        if key == "absorber_damping_ratio":
             ratio = value
+        elif key == "damping_over_primary_critical":
+            each = given._replace(secondary_damping=value)
         else:
             each = given._replace(**{key: value})
         # a damper given on the absorber's own frequency follows its spring and its mass
-        if ratio is not None and key != "secondary_damping":
+        if ratio is not None and key != "damping_over_primary_critical":
             damping = damping_from_own_ratio(ratio, each.mass_ratio, each.stiffness_ratio)
             each = each._replace(secondary_damping=damping)
         rows.append(each)

@@ -71,7 +71,11 @@ def emit_sensitivity(
         raise NumericalFailure("sensitivity: the optimum is one of a set and has no derivative")
     k, z2 = found.stiffness_ratio, found.secondary_damping
     top = peaks(Absorber(point[:, 0], point[:, 1], k, z2), *pair).largest
-    for name, values in (("stiffness_ratio", k), ("secondary_damping", z2), ("peak", top)):
+    for name, values in (
+        ("stiffness_ratio", k),
+        ("damping_over_primary_critical", z2),
+        ("peak", top),
+    ):
         both = [
             [_slope(row[:count], at[:count]) for count in (9, 7)] if at[0] == 0.0 else
             [_slope(row, at), _slope(row[1:-1], at[1:-1])]
@@ -247,14 +251,14 @@ def emit_tuned(
         m = np.array([branch.mass_ratio for branch in parts.branches])
     scene.emit(f"{root}/mass_ratio", m, 2.0 * EPSILON * np.max(m), axes)
     scene.emit(f"{root}/stiffness_ratio", k, off, axes)
-    scene.emit(f"{root}/secondary_damping", z2, drag, axes)
+    scene.emit(f"{root}/damping_over_primary_critical", z2, drag, axes)
     sprung = (k > 0.0) & np.isfinite(k)
     share = np.where(sprung, off, 0.0) / np.where(sprung, k, 1.0)
     if options.kind == "free":
         usual = np.sqrt(m * np.where(sprung, k, 1.0))
         own = np.where(sprung, z2 / usual, 0.0)
         error = drag / usual + own * (0.5 * share + 4.0 * EPSILON)
-        scene.emit(f"{root}/own_damping", own, np.where(sprung, error, 0.0), axes)
+        scene.emit(f"{root}/absorber_damping_ratio", own, np.where(sprung, error, 0.0), axes)
     scale = parts.scale
     if scale is None:
         return

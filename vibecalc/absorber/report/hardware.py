@@ -22,7 +22,12 @@ from vibecalc.core.results.record import Quantity, Record, Result
 HARDWARE = "hardware/"
 _SCALARS = (
     *("rod_stiffness", "primary_frequency", "ring_mass", "ring_inertia"),
-    *("built/spring_rate", "built/stiffness_ratio", "built/secondary_damping", "built/peak"),
+    *(
+        "built/spring_rate",
+        "built/stiffness_ratio",
+        "built/damping_over_primary_critical",
+        "built/peak",
+    ),
     *("built/peak_frequency", "clearance", "gap/rim", "gap/sides", "gap/bore"),
 )
 TUNING_BOUNDS = "tuning/bounds/penalty"
@@ -52,14 +57,14 @@ SPRINGS = Rows("stock_spring", "spring in stock", (
 OILS = Rows("stock_oil", "oil in stock", (
     Cells("hardware/oil/kinematic_viscosity", "viscosity\ncSt", "cSt"),
     Cells(_dynamic, "viscosity\nmPa*s"), Cells("hardware/oil/damping", "damping\nN*m*s/rad"),
-    Cells("hardware/oil/secondary_damping", "damping\nratio"),
+    Cells("hardware/oil/damping_over_primary_critical", "damping\nratio"),
     Cells("hardware/oil/right_temperature", "optimum at\ndegC", _celsius, right=True),
 ))  # fmt: skip
 DAMPERS = Rows("stock_damper", "damper in stock", (
-    Cells("damping", "N*s/m"), Cells("secondary_damping", "damping\nratio"),
+    Cells("damping", "N*s/m"), Cells("damping_over_primary_critical", "damping\nratio"),
 ), "hardware/damper", merge=True)  # fmt: skip
 WARMING = Rows("temperature", "oil, degC", (
-    Cells("secondary_damping", "damping\nratio"), Cells("peak", "peak, these\nsprings"),
+    Cells("damping_over_primary_critical", "damping\nratio"), Cells("peak", "peak, these\nsprings"),
     Cells("best_stiffness_ratio", "optimum\nstiffness"), Cells("best_peak", "peak with\nit"),
 ), "hardware/warming", label=_celsius, right=True, places=evenly(9))  # fmt: skip
 

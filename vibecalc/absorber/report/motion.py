@@ -109,7 +109,7 @@ _TUNED_FOR = {
 }
 TOLERANCES = (
     Cells("{0}stiffness_ratio", "stiffness\nratio"),
-    Cells("{0}secondary_damping", "damping"),
+    Cells("{0}damping_over_primary_critical", "damping"),
     Cells("{1}nominal_peak", "nominal\npeak"),
     Cells("{1}worst_peak", "worst-case\npeak"),
 )

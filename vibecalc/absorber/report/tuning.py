@@ -134,7 +134,13 @@ _KINDS = {
     "lanchester": "Lanchester's damper without a spring, optimum for an undamped primary",
 }
 _RESULTS = (
-    *("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping"),
+    *(
+        "primary_damping",
+        "mass_ratio",
+        "stiffness_ratio",
+        "damping_over_primary_critical",
+        "absorber_damping_ratio",
+    ),
     *("torsional_stiffness", "torsional_damping", "linear_stiffness", "linear_damping"),
     *("secondary_frequency", "peak", "mean_square", "travel"),
 )
@@ -143,11 +149,11 @@ _PENALTY = 1e-9
 _SAME = 1e-9
 _RATIO, _DAMPING = (
     Cells("stiffness_ratio", "stiffness\nratio"),
-    Cells("secondary_damping", "damping"),
+    Cells("damping_over_primary_critical", "damping"),
 )
 EACH = Rows("absorber", "absorber", (
     Cells("mass_ratio", "mass ratio"), _RATIO, _DAMPING,
-    Cells("own_damping", "damping ratio\nc2/(2 J2 w2)"), Cells("travel", "travel"),
+    Cells("absorber_damping_ratio", "damping ratio\nc2/(2 J2 w2)"), Cells("travel", "travel"),
 ), "tuning/each", merge=True)  # fmt: skip
 EACH_BUILT = Rows("absorber", "absorber", (
     Cells("torsional_stiffness", "spring\nN*m/rad"),
@@ -165,7 +171,7 @@ METHODS = Rows("method", "method", (
 ), "tuning/method", merge=True)  # fmt: skip
 SLOPES = Rows("ratio", "derivative with respect to", (
     Cells("stiffness_ratio", "optimum\nstiffness"),
-    Cells("secondary_damping", "optimum\ndamping"), Cells("peak", "peak"),
+    Cells("damping_over_primary_critical", "optimum\ndamping"), Cells("peak", "peak"),
 ), "tuning/sensitivity", merge=True)  # fmt: skip
 
 
@@ -182,7 +188,8 @@ def _mistuned(record: Record) -> Quantity | None:
     if loss is None or not np.any(np.abs(loss.values) > loss.error_estimate):
         return None
     there = [
-        scalar_of(record, TUNING + name) != 0.0 for name in ("stiffness_ratio", "secondary_damping")
+        scalar_of(record, TUNING + name) != 0.0
+        for name in ("stiffness_ratio", "damping_over_primary_critical")
     ]
     axis = replace(loss.axes[0], values=loss.axes[0].values[there])
     names = [f"{100.0 * size:+.3g} %" for size in loss.axes[1].values[:6]]
@@ -301,7 +308,7 @@ def _conclusion(result: Result) -> list[str]:
 
 def _next_to_the_best(record: Record, value: float) -> list[str]:
     """What spring and damper could do within the band, next to a frequency as given."""
-    names = ("stiffness_ratio", "secondary_damping", "peak")
+    names = ("stiffness_ratio", "damping_over_primary_critical", "peak")
     k, z, least = (scalar_of(record, f"{TUNING}optimum/{name}") for name in names)
     if k is None or z is None or least is None:
         return []
@@ -392,7 +399,7 @@ def _bounded(record: Record) -> list[str]:
         f"active bounds: {', '.join(held)}; they raise the peak by "
         f"{show(100.0 * float(penalty.values), digits=3)} %; without them:"
     )
-    names = ("stiffness_ratio", "secondary_damping", "peak", "travel")
+    names = ("stiffness_ratio", "damping_over_primary_critical", "peak", "travel")
     table_of_it, _ = scalars(record, (f"{TUNING}unbounded/{name}" for name in names), TUNING)
     return lines + table_of_it
 

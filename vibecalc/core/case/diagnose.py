@@ -18,7 +18,7 @@ from vibecalc.core.case.walk import (
     words,
 )
 from vibecalc.core.results.named import named
-from vibecalc.core.results.renamed import GONE, current_name, renamed
+from vibecalc.core.results.renamed import GONE, current_name, renamed, renamed_choice
 from vibecalc.errors import KeyPath, Problem, UnitError, dotted
 
 Error = Mapping[str, Any]
@@ -150,7 +150,8 @@ def _wrong_type(path: KeyPath, error: Error) -> Problem:
 def _choice(path: KeyPath, error: Error) -> Problem:
     shape, found = shape_at(path), shown(error["input"])
     choices = [str(choice) for choice in shape.choices] if shape else []
-    hint = nearest(str(error["input"]), choices)
+    said = str(error["input"])
+    hint = renamed_choice(path, said) or nearest(said, choices)
     if path == ("schema",):
         hint = "this version of vibecalc reads cases of schema 1"
     return _said(path, f"unknown {name_of(path)} {found}", found, hint=hint)

@@ -95,7 +95,7 @@ def _edited(text: str, edits: list[_Edit]) -> str:
 
 
 def _texts(data: Data, text: str, spans: dict[KeyPath, Span]) -> Iterator[_Edit]:
-    """Texts of a case that are names: keys, paths of results, axes."""
+    """Texts of a case that are names: choices, keys, paths of results, axes."""
     for path, value in _leaves(data, ()):
         new, span = current_text(path, value), spans.get(path)
         if new != value and span is not None:

@@ -196,7 +196,7 @@ def limit_table(rows: Sequence[Verdict], *notes: str) -> list[str]:
 
 
 def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
-    element, limit, source, use = row.element, row.limit, row.source, row.use
+    element, limit, source, use = row.element, row.limit, row.source, row.utilisation
     bounds, computed = ", ".join(bounds_of(row)), show(row.computed, row.error_estimate)
     if element:
         limit += f"; {row.condition}" if row.condition else ""

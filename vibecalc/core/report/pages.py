@@ -226,8 +226,8 @@ def _note(row: ReferenceRow, *, shown: bool = False) -> str:
 
 def _broken(row: Verdict) -> str:
     """What a broken limit is used by, or by how much it is missed."""
-    if row.element and row.max and math.isfinite(row.use):
-        use = f"{show(100.0 * row.use, digits=4)} %"
+    if row.element and row.max and math.isfinite(row.utilisation):
+        use = f"{show(100.0 * row.utilisation, digits=4)} %"
         if not row.unit:
             return f": {use} of what is allowed"
         borne, allowed = (show(one, digits=4) for one in (row.computed, row.max))

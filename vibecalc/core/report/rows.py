@@ -222,7 +222,7 @@ def left_out(root: str) -> Rows:
     """The speeds left out of a run-up."""
     note = "speeds left out: an order on an undamped natural frequency, where there is no bound"
     ends = Cells("low", "from rpm", "rpm"), Cells("high", "to rpm", "rpm")
-    return Rows("masked", "", ("order", "mode", *ends), root, digits=7, note=note)
+    return Rows("resonance_skipped", "", ("order", "mode", *ends), root, digits=7, note=note)
 
 
 # ----------------------------------------------------------------------------

@@ -225,7 +225,7 @@ def _uses(result: Result) -> list[Use]:
             factor = 100.0 * convert(1.0, result.record[row.quantity].unit, row.unit) / row.max
             limit = f"max {row.max:g} {unit_words(row.unit)[1]}".rstrip()
             words = f"{in_words(result, row.quantity)}\n{limit}"
-            uses.append((words, factor * (start or 0.0), 100.0 * row.use, True))
+            uses.append((words, factor * (start or 0.0), 100.0 * row.utilisation, True))
     goal = objective_of(result)
     start, end = goal.at(result.record, AT_START), goal.at(result.record)
     if start and end is not None:

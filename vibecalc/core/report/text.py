@@ -177,8 +177,9 @@ def identity(result: Result, full: bool = True) -> list[tuple[str, str]]:
 def _machine(result: Result) -> str:
     machine, speed = table_of(result.case, "machine"), speed_of(result)
     cylinders: Any = table_of(machine, "crank_train").get("cylinders") or ()
+    kind = str(machine.get("kind") or "")
     words = (
-        str(machine.get("kind") or ""),
+        "" if kind == "machine" else kind,
         many(len(cylinders), "cylinder") if cylinders else "",
         "" if speed is None else f"{show(rpm(speed))} rpm",
     )
@@ -267,7 +268,7 @@ def _reference(row: ReferenceRow) -> dict[str, Any]:
 
 
 def _limit(row: Verdict) -> dict[str, Any]:
-    told = _parts(row, _LIMIT, error="error_estimate", utilisation="use", verdict="state")
+    told = _parts(row, _LIMIT, error="error_estimate", verdict="state")
     names = ("element", "limit", "condition", "decided_by")
     return told | {name: getattr(row, name) or None for name in names}
 

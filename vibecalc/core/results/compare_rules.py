@@ -30,7 +30,7 @@ from vibecalc.errors import UnitError, UsageError
 #     atol = "1e-3 rad/s"                          # a number is in the unit of the quantity
 #
 #     [[rule]]
-#     quantity = "isolation/masked/*"
+#     quantity = "isolation/resonances_skipped/*"
 #     compare = "ignore"
 # ----------------------------------------------------------------------------
 

@@ -398,7 +398,8 @@ class Verdict(NamedTuple):
     ranges of speeds that a rule lets be barred. `quantity` is the path of the result that decides,
     `where` what was picked of it, `label` the worst entry. A limit that is no `[[limit]]` has an
     `element` that bears something and the words of the `limit` on it; `status` says whose it is.
-    `use` is the share of the bound, NaN where there is none; `speed` in rad/s, NaN without one.
+    `utilisation` is the share of the bound, NaN where there is none; `speed` is in rad/s, NaN
+    without one.
     """
 
     quantity: str
@@ -419,7 +420,7 @@ class Verdict(NamedTuple):
     limit: str = ""
     condition: str = ""
     status: str = "case"
-    use: float = math.nan
+    utilisation: float = math.nan
     speed: float = math.nan
 
     @property

@@ -10,15 +10,45 @@ from typing import Any
 
 from vibecalc.errors import KeyPath
 
+#: damping of an absorber, c2 / (2 sqrt(K1 J1)) and c2 / (2 J2 w2). Neither was named
+#: `damping_ratio` anew, so that no older case gets another meaning
+_OVER_PRIMARY, _OF_ABSORBER = "damping_over_primary_critical", "absorber_damping_ratio"
 #: end of the place of a key, positions in lists left out -> its name now
 KEYS: dict[str, str] = {
     "crank_train.stroke": "stroke_axis",
     "shaft_line.load": "balanced_by",
     "shaft_line.loads": "absorbed_torques",
+    "machine.secondary.damping_ratio": _OVER_PRIMARY,
+    "machine.secondary.own_damping_ratio": _OF_ABSORBER,
+    "machine.secondaries.damping_ratio": _OVER_PRIMARY,
+    "machine.secondaries.own_damping_ratio": _OF_ABSORBER,
+    "tuning.bounds.damping_ratio": _OVER_PRIMARY,
+    "absorber.vary.secondary_damping": _OVER_PRIMARY,
+    "absorber.vary.own_damping": _OF_ABSORBER,
+}
+#: end of the place of a choice -> what it was called -> what it is called now
+VALUES: dict[str, dict[str, str]] = {
+    "machine.kind": {"generator": "machine"},
 }
 #: axis of a result -> its name now
-AXES = {"half_order": "order"}
+AXES = {
+    "half_order": "order",
+    "masked": "resonance_skipped",
+    "bare_mode": "mode_without_dampers",
+    "secondary_damping": _OVER_PRIMARY,
+}
+#: field of a stored verdict -> its name now
+VERDICT_FIELDS = {"use": "utilisation"}
 
+#: a share of what is permitted; behind each of these, and alone in some folders
+_USE = ("largest_use", "largest_use_speed", "operating_use", "unbarred_use")
+_USED = ("coupling", "coupling/speeds", "limit/each", "limit/operating", "clutch", "balance/weight")
+#: folders of results that have dampings of absorbers
+_OF_ABSORBERS = (
+    *("tuning", "tuning/each", "tuning/method", "tuning/sensitivity", "tuning/unbounded"),
+    *("tuning/chart", "tuning/optimum", "tuning/tolerances/exact"),
+    *("hardware/built", "hardware/oil", "hardware/damper", "hardware/warming"),
+)
 _TORQUE, _FORCE, _BODY = "isolation/torque_reaction", "isolation/support_force", "isolation/body"
 #: parts of a result path -> what stands there now
 PATHS = {
@@ -38,10 +68,20 @@ PATHS = {
     "foundation/coupled/machine/translation": f"{_BODY}/translation_harmonics",
     "foundation/coupled/machine/rotation": f"{_BODY}/rotation_harmonics",
     "foundation/coupled/mount_force": f"{_FORCE}/steady_harmonics",
+    **{f"{folder}/secondary_damping": f"{folder}/{_OVER_PRIMARY}" for folder in _OF_ABSORBERS},
+    **{f"{folder}/own_damping": f"{folder}/{_OF_ABSORBER}" for folder in _OF_ABSORBERS},
+    "isolation/masked": "isolation/resonances_skipped",
+    "response/masked": "response/resonances_skipped",
+    "torsion/masked": "torsion/resonances_skipped",
+    "torsion/bare": "torsion/without_dampers",
+    "transient_use": "passage_utilisation",
+    **{old: old.replace("use", "utilisation") for old in _USE},
+    **{f"{folder}/use": f"{folder}/utilisation" for folder in _USED},
 }
 _IN_A_PATH = re.compile(
     f"(?<![^/])(?:{'|'.join(sorted(map(re.escape, PATHS), key=len, reverse=True))})(?![^/])"
 )
+_REWRITES = "`vibecalc migrate CASE` rewrites the case"
 _NAME = re.compile(r"[A-Za-z_][\w-]*")
 _ONE_SEARCH = (
     "[optimisation] has one search, with nothing to choose: leave out method and compare; "
@@ -81,10 +121,23 @@ def current_name(path: KeyPath) -> str | None:
     return next((KEYS[end] for end in _ends(names) if end in KEYS), None)
 
 
+def current_choice(path: KeyPath, text: str) -> str | None:
+    """What a choice at this place is called now; None where it is called so still."""
+    names = [part for part in path if isinstance(part, str)]
+    tables = (VALUES[end] for end in _ends(names) if end in VALUES)
+    return next((table[text] for table in tables if text in table), None)
+
+
 def renamed(path: KeyPath) -> str:
     """What the last key of a path is called now and what rewrites the case, or nothing."""
     now = current_name(path)
-    return f"`{path[-1]}` is now `{now}`; `vibecalc migrate CASE` rewrites the case" if now else ""
+    return f"`{path[-1]}` is now `{now}`; {_REWRITES}" if now else ""
+
+
+def renamed_choice(path: KeyPath, text: str) -> str:
+    """What a choice at this place is called now and what rewrites the case, or nothing."""
+    now = current_choice(path, text)
+    return f'`{path[-1]} = "{text}"` is now `"{now}"`; {_REWRITES}' if now else ""
 
 
 def current_key(key: str) -> str:
@@ -99,7 +152,10 @@ def current_key(key: str) -> str:
 
 
 def current_text(path: KeyPath, text: str) -> str:
-    """A text of a case, as it is now: a key, the path of a result, an axis."""
+    """A text of a case, as it is now: a choice, a key, the path of a result, an axis."""
+    choice = current_choice(path, text)
+    if choice is not None:
+        return choice
     if path[-1:] == ("axis",):
         return current_axis(text)
     if "/" in text:

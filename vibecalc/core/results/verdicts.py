@@ -25,7 +25,7 @@ from vibecalc.core.results.record import (
     Result,
     Verdict,
 )
-from vibecalc.core.results.renamed import current_path, current_where
+from vibecalc.core.results.renamed import VERDICT_FIELDS, current_path, current_where
 from vibecalc.core.results.select import Side, beside_error, numbers, select
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.errors import ResultError
@@ -149,7 +149,7 @@ def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
     unit = own if unit in SHIFTED else unit
     bounds = bounds_of(entry, own or unit)
     limits = {bound.side: convert(bound.value, own or unit, unit) for bound in bounds}
-    computed, off, label, margin, use = math.nan, math.nan, "", -math.inf, math.nan
+    computed, off, label, margin, share = math.nan, math.nan, "", -math.inf, math.nan
     state, decided_by = UNDECIDED, "a [[find]] that finds it"
     if quantity is not None:
         sides = []
@@ -163,7 +163,7 @@ def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
         margin = left
         if math.isfinite(left):
             margin = limit - computed if bound.side == "max" else computed - limit
-        use = computed / limit if bound.side == "max" and limit else math.nan
+        share = computed / limit if bound.side == "max" and limit else math.nan
         decided_by = _decided_by(result, quantity, where) if state == UNDECIDED else ""
     return Verdict(
         quantity=str(entry["quantity"]),
@@ -180,7 +180,7 @@ def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
         decided_by=decided_by,
         expect=str(entry.get("expect") or KEPT),
         at=str(entry.get("at") or "optimum"),
-        use=use,
+        utilisation=share,
     )
 
 
@@ -225,7 +225,7 @@ def _decided_by(result: Result, quantity: Quantity, where: Mapping[str, Any]) ->
 # ----------------------------------------------------------------------------
 
 VERDICTS = "verdicts"
-_NUMBERS = {"min", "max", "computed", "error_estimate", "margin", "use", "speed"}
+_NUMBERS = {"min", "max", "computed", "error_estimate", "margin", "utilisation", "speed"}
 
 
 def as_objects(rows: Sequence[Verdict]) -> list[dict[str, Any]]:
@@ -243,7 +243,8 @@ def from_objects(content: Sequence[Mapping[str, Any]]) -> tuple[Verdict, ...]:
     """The rows of such objects; what a later version has more is left out."""
     rows = []
     for one in content:
-        known = {name: one[name] for name in Verdict._fields if name in one}
+        now = {VERDICT_FIELDS.get(name, name): value for name, value in one.items()}
+        known = {name: now[name] for name in Verdict._fields if name in now}
         for name in _NUMBERS & known.keys():
             known[name] = None if known[name] is None else float(known[name])
         known |= {"quantity": current_path(one["quantity"]), "where": current_where(one["where"])}

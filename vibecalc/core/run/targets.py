@@ -24,7 +24,8 @@ _SAME = 1e-9
 _SHOWN = 12
 #: axes whose entries are numbered 1, 2, 3, ...
 _NUMBERED = (
-    *("mode", "other_mode", "damped_mode", "bare_mode", "elastic_mode", "pole", "multiplier"),
+    *("mode", "other_mode", "damped_mode", "mode_without_dampers", "elastic_mode"),
+    *("pole", "multiplier"),
     *("peak", "passage", "contact", "turn", "cage", "hammering", "barred", "limit", "wedge"),
     *("unstable", "basin"),
 )

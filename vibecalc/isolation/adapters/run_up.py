@@ -70,12 +70,12 @@ def run_run_up(scene: Scene) -> None:
     if count:
         centre = Bounded(masked.centre, masked.centre_error)
         found = Masked(masked.low, centre, masked.high, masked.order, masked.mode)
-        scene.emit_all(found, {"masked": np.arange(1, count + 1)})
+        scene.emit_all(found, {"resonance_skipped": np.arange(1, count + 1)})
         scene.warn(
             f"the run-up crosses {count} undamped resonance{'s' if count > 1 else ''}, the first "
             f"at {masked.centre[0]:.6g} rad/s with order {masked.order[0]:g}: the forces are "
-            "unbounded there; isolation/masked lists the speeds left out; give the mounts damping "
-            "or a loss factor"
+            "unbounded there; isolation/resonances_skipped lists the speeds left out; give the "
+            "mounts damping or a loss factor"
         )
 
 

@@ -272,7 +272,7 @@ def run_speeds(scene: Scene) -> None:
 
     parts = np.array_split(speed, -(-len(speed) * len(every) // MOST_AT_ONCE))
     energy = concatenate([energies(part) for part in parts])
-    axes = {"speed": speed, "masked": np.arange(1, len(masked.centre) + 1)}
+    axes = {"speed": speed, "resonance_skipped": np.arange(1, len(masked.centre) + 1)}
     scene.emit_all(OverSpeed(energy[0], energy[1]), axes)
     low, centre, high = (Bounded(one, masked.centre_error) for one in masked[:3])
     scene.emit_all(LeftOut(low, centre, high, masked.order, masked.mode), axes)

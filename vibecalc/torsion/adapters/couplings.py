@@ -226,7 +226,7 @@ def emit_coupling_speeds(scene: Scene, setup: Setup, search: Search) -> None:
     if "coupling use" in search.columns:
         shape = (-1, len(axes["coupling_limit"]), len(search.speed))
         use = reshaped(search.bounded_curves("coupling use").T, lambda one: one.reshape(shape))
-        scene.emit(f"{COUPLING}/speeds/use", use, axes=axes)
+        scene.emit(f"{COUPLING}/speeds/utilisation", use, axes=axes)
         emit_largest_uses(scene, COUPLING, search, {})
 
 
@@ -246,13 +246,16 @@ def emit_uses(scene: Scene, place: str, motions: Sequence[Motion], axes: Mapping
     uses = [coupling_readings(one.setup).get("coupling use") for one in motions]
     rows = [use.of(one)[0] for use, one in zip(uses, motions, strict=True) if use is not None]
     if rows:
-        _put(scene, f"{place}/use", motions[0].setup, stack(rows, axis=0), axes)
+        _put(scene, f"{place}/utilisation", motions[0].setup, stack(rows, axis=0), axes)
 
 
 def emit_largest_uses(scene: Scene, place: str, search: Search, axes: Mapping[str, Any]) -> None:
     """The largest use of the limits in conditions (c,) at any speed, and where it is."""
     top = _top(search, "coupling use")
-    for name, value in (("largest_use", top.value), ("largest_use_speed", top.speed)):
+    for name, value in (
+        ("largest_utilisation", top.value),
+        ("largest_utilisation_speed", top.speed),
+    ):
         _put(scene, f"{place}/{name}", search.lines[0], value, axes)
 
 

@@ -52,7 +52,7 @@ def emit_operating_use(scene: Scene, setup: Setup, motion: Motion) -> None:
     readings, table = _only_uses(setup), LimitTable(scene, setup, asked)
     use = [one.of(motion)[0] for one in readings]
     largest = stack([one.max() for one in use], axis=0)
-    scene.emit(f"{PLACE}/operating_use", largest, axes=table.axes)
+    scene.emit(f"{PLACE}/operating_utilisation", largest, axes=table.axes)
     if any(bound.quantity == "stress" for bound in asked):
         rated = np.array([bound.basis.rated_speed for bound in asked])
         scene.emit(f"{PLACE}/basis/rated_speed", rated, 0.0, table.axes)
@@ -68,7 +68,7 @@ def emit_operating_use(scene: Scene, setup: Setup, motion: Motion) -> None:
     for name, course in COURSES.items():
         rows = [known(bound.allowed(course, at), bound.roundings) for bound in asked]
         table.emit_quantity("operating", name, rows)
-    table.emit("operating/use", use)
+    table.emit("operating/utilisation", use)
     _crank(table, loads, "operating_acceptability")
 
 
@@ -88,9 +88,9 @@ def emit_limits(scene: Scene, setup: Setup, search: Search, speed: FloatArray) -
     columns = [_at_top(*one) for one in each]
     through = [_passing(search, k, *one, columns[k]) for k, one in enumerate(each)]
     _worst(scene, setup, asked, tops, through, speed)
-    table.emit("each/use", [one.value for one in tops])
+    table.emit("each/utilisation", [one.value for one in tops])
     table.emit("each/speed", [_speed(one) for one in tops])
-    table.emit("each/transient_use", through)
+    table.emit("each/passage_utilisation", through)
     for name, rows in zip(("load", *COURSES), zip(*columns, strict=True), strict=True):
         table.emit_quantity("each", name, list(rows))
     rated = [rounded(1.0 / (bound.basis.rated_speed or np.inf), ROUNDINGS) for bound in asked]
@@ -164,12 +164,16 @@ def _worst(
     each = list(zip(tops, place, strict=True))
     number = np.array([bound.load[k] + 1 for bound, k in zip(asked, place, strict=True)])
     sections = len(setup.shaft.section_names)
-    scene.emit(f"{PLACE}/largest_use", stack([one.value[k] for one, k in each], axis=0), axes=axes)
+    scene.emit(
+        f"{PLACE}/largest_utilisation", stack([one.value[k] for one, k in each], axis=0), axes=axes
+    )
     scene.emit(f"{PLACE}/speed", stack([_speed(one)[k] for one, k in each], axis=0), axes=axes)
     scene.emit(f"{PLACE}/section", np.where(number <= sections, number, 0), 0.0, axes)
     if any(one.gears or one.alternating_share for one in setup.torsion.limits):
         scene.emit(f"{PLACE}/gear", np.maximum(number - sections, 0), 0.0, axes)
-    scene.emit(f"{PLACE}/transient_use", stack([one.max() for one in through], axis=0), axes=axes)
+    scene.emit(
+        f"{PLACE}/passage_utilisation", stack([one.max() for one in through], axis=0), axes=axes
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -214,7 +218,7 @@ def emit_uses(
     use = stack([stack([one.max() for one in row]) for row in uses], axis=0)
     if here:
         worst = np.array([[np.argmax(one.value) for one in row] for row in uses])
-        put("operating_use", use)
+        put("operating_utilisation", use)
         element("operating_", worst, np.full(worst.shape, lines[0].speed))
     if search is None:
         return
@@ -228,11 +232,11 @@ def emit_uses(
             above = where(high.value > above.value, high, above)
         unbarred.append(above)
     row = np.arange(len(lines))
-    put("largest_use", stack([top.value[row, at] for at, top in best]))
+    put("largest_utilisation", stack([top.value[row, at] for at, top in best]))
     speed = stack([top.speed[row, at] for at, top in best])
     put("speed", speed)
     element("", np.stack([at for at, _ in best], axis=-1), speed.value)
-    put("unbarred_use", stack(unbarred))
+    put("unbarred_utilisation", stack(unbarred))
 
 
 # ----------------------------------------------------------------------------

@@ -118,11 +118,11 @@ def _emit_range(scene: Scene, setup: Setup, search: Search) -> None:
 
 
 def _masked(scene: Scene, undamped: UndampedResonances) -> None:
-    axes = {"masked": np.arange(1, len(undamped.speed) + 1)}
-    scene.emit(f"{ROOT}/masked/from", undamped.low, undamped.error, axes)
-    scene.emit(f"{ROOT}/masked/to", undamped.high, undamped.error, axes)
-    scene.emit(f"{ROOT}/masked/mode", undamped.mode, 0.0, axes)
-    scene.emit(f"{ROOT}/masked/order", undamped.order, 0.0, axes)
+    axes = {"resonance_skipped": np.arange(1, len(undamped.speed) + 1)}
+    scene.emit(f"{ROOT}/resonances_skipped/from", undamped.low, undamped.error, axes)
+    scene.emit(f"{ROOT}/resonances_skipped/to", undamped.high, undamped.error, axes)
+    scene.emit(f"{ROOT}/resonances_skipped/mode", undamped.mode, 0.0, axes)
+    scene.emit(f"{ROOT}/resonances_skipped/order", undamped.order, 0.0, axes)
     if len(undamped.speed):
         scene.warn(
             f"undamped resonances at {len(undamped.speed)} speeds of the range (masked): curves "

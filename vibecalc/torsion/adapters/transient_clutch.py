@@ -89,7 +89,7 @@ def _emit_clutch(
         scene.emit(f"{stem}held", found.held - before, late)
         scene.emit(f"{stem}common_speed", found.common_speed, 1e-12 * setup.speed + rate * late)
         use_error = float(run.torque_error[clutch.element]) / clutch.friction_torque + 1e-12
-        scene.emit(f"{stem}use", found.use, use_error)
+        scene.emit(f"{stem}utilisation", found.use, use_error)
     else:
         scene.warn(
             f"the clutch still slips after {float(run.course.time[-1]) - before:.4g} s: "

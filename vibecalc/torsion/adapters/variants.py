@@ -71,8 +71,8 @@ def emit_largest(scene: Scene, stem: str, search: Search) -> Bounded:
 # Adapter: the same shaft line without its dampers, at the same speeds.
 # ----------------------------------------------------------------------------
 
-BARE = f"{ROOT}/bare"
-IN_BARE = below(f"{ROOT}/bare/")
+BARE = f"{ROOT}/without_dampers"
+IN_BARE = below(f"{ROOT}/without_dampers/")
 
 
 def bare_setup(setup: Setup) -> Setup:
@@ -132,7 +132,7 @@ def emit_bare(scene: Scene, setup: Setup, speed: FloatArray, damped: Bounded) ->
             _emit_reduction(scene, bare, torques() if known is None else known, damped)
         return
     frequency = bare.modes.frequency
-    modes = {"bare_mode": np.arange(1, len(frequency) + 1)}
+    modes = {"mode_without_dampers": np.arange(1, len(frequency) + 1)}
     scene.emit(f"{BARE}/natural_frequency", frequency, bare.modes.frequency_error, modes)
     emit_operating(scene, BARE, Motion(bare, np.array([bare.speed]), bounded=True))
     _emit_reduction(scene, bare, torques(), damped)

@@ -48,7 +48,6 @@ _AT_END = 1e-6
 _HIGH, _STANDS = 0.1, 0.03
 #: maxima that are named at most, and undamped criticals
 _NAMED, _CRITICALS = 8, 14
-_BY = ("mode", "order")
 
 
 def top_of(
@@ -150,7 +149,10 @@ def criticals_of(record: Record, section: str) -> np.ndarray:
 
     Those at which the torque of the section would be highest with one damping ratio for all modes.
     """
-    speed, mode, order = (vector(record, f"masked/{one}", "masked") for one in ("from", *_BY))
+    speed, mode, order = (
+        vector(record, f"resonances_skipped/{one}", "resonance_skipped")
+        for one in ("from", "mode", "order")
+    )
     force = having(record, TORSION + "excitation/intensity", "mode", "order")
     share = having(record, TORSION + "modes/strain_energy_share", "mode", "section")
     inertia, natural = (vector(record, f"modes/{one}", "mode") for one in (
@@ -200,11 +202,11 @@ _BARCODE = 12
 _SHADES = (
     ("barred", "#E69F00", 0.25, "barred for continuous operation"),
     ("hammering", "#CC79A7", 0.15, "gear hammer"),
-    ("masked", "#f3c6cc", 1.0, "undamped critical"),
+    ("resonances_skipped", "#f3c6cc", 1.0, "undamped critical"),
 )
 #: the same line otherwise: where it stands, its name and look
 _OTHERS: tuple[tuple[str, str, Look], ...] = (
-    ("bare/", "without dampers", {"color": QUIET, "linestyle": "--", "linewidth": 1.2}),
+    ("without_dampers/", "without dampers", {"color": QUIET, "linestyle": "--", "linewidth": 1.2}),
     (
         "healthy/",
         "all firing",
@@ -407,14 +409,14 @@ def _shades(named: bool) -> Iterator[Mark]:
 
 def _springs(record: Record) -> list[str]:
     """Sections that only the line with its dampers has: a ring's spring may have its own name."""
-    bare = names(record, f"bare/speeds/{_TORQUE}", "section")
+    bare = names(record, f"without_dampers/speeds/{_TORQUE}", "section")
     own = names(record, f"speeds/{_TORQUE}", "section")
     return [one for one in own if one not in bare] if bare else []
 
 
 def _undamped(record: Record) -> bool:
     """Whether the curves have flanks without end."""
-    return vector(record, "masked/from", "masked") is not None
+    return vector(record, "resonances_skipped/from", "resonance_skipped") is not None
 
 
 # ----------------------------------------------------------------------------
@@ -441,11 +443,11 @@ def _twists(result: Result) -> list[Panel]:
     tops = {name: MILLI * _highest(one.values) for name, one in found.items() if one is not None}
     most = sorted(tops, key=lambda name: -tops[name])[:_MOST_PANELS]
     ill = [*misfire_words(result), "as it is"]
-    damped = "with dampers" if names(record, f"bare/{path}", "section") else ill[0]
+    damped = "with dampers" if names(record, f"without_dampers/{path}", "section") else ill[0]
     panels = []
     shown = [name for name in tops if name in most]
     bare = {name: MILLI * float(top[0, 1]) for name in shown
-            if (top := top_of(record, name, _TWIST, "bare/")).size}  # fmt: skip
+            if (top := top_of(record, name, _TWIST, "without_dampers/")).size}  # fmt: skip
     far = any(top > _FAR * tops[name] for name, top in bare.items())
     for name in shown:
         title = f"{name}\nmax. {show(tops[name], digits=3)}"
@@ -495,7 +497,9 @@ def _used(limit: int, name: str) -> Source:
 
     def made(result: Result) -> Quantity | None:
         record, torques = result.record, bool(of_torque(result.record)[limit])
-        use, at = (vector(record, f"limit/{one}", "limit") for one in ("largest_use", "speed"))
+        use, at = (
+            vector(record, f"limit/{one}", "limit") for one in ("largest_utilisation", "speed")
+        )
         bound = record.quantities.get(f"{TORSION}limit/{'torque_' * torques}{name}")
         load, place = _loaded(record, limit)
         factor = 1.0 if torques or place is None else _cross_section(record, limit, place)
@@ -528,7 +532,7 @@ def _loaded(record: Record, limit: int) -> tuple[Quantity | None, int | None]:
 def _limit_panels(result: Result) -> list[Panel]:
     record, given = result.record, limits_of(result)
     own = any(one.get("rule") == "iacs_m53" for one in given) or np.any(of_torque(record))
-    if f"{TORSION}limit/largest_use" not in record or not own:
+    if f"{TORSION}limit/largest_utilisation" not in record or not own:
         return []
     words = []
     for i, one in enumerate(given):
@@ -565,8 +569,8 @@ TORSION_COUPLINGS = Curves(
     also("couplings, utilisation against speed"),
     (
         Panel(
-            "use",
-            (Curve(f"{COUPLING}/speeds/use", "{}", most=14), _permitted, operating),
+            "utilisation",
+            (Curve(f"{COUPLING}/speeds/utilisation", "{}", most=14), _permitted, operating),
             unit="%",
             legend=_BESIDE,
         ),

@@ -56,7 +56,7 @@ def torsion_couplings(result: Result) -> Section | None:
         return None
     blocks = [make(result, one, place) for place, one in enumerate(line.couplings)
               for make in (_identity, _limits)]  # fmt: skip
-    use = having(result.record, f"{COUPLING}/use", "coupling", "coupling_limit")
+    use = having(result.record, f"{COUPLING}/utilisation", "coupling", "coupling_limit")
     if use is not None and "T_KW" in labels(use.axes[1]):
         blocks.append(paragraph(_FREQUENCY))
     return titled(result, "Couplings", *blocks)
@@ -95,17 +95,17 @@ def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
     """A row for each limit that the maker says."""
     from vibecalc.torsion.couplings import LIMITS, has_limit
 
-    use = having(result.record, f"{COUPLING}/use", "coupling", "coupling_limit")
+    use = having(result.record, f"{COUPLING}/utilisation", "coupling", "coupling_limit")
     if use is None:
         return paragraph("No limits given by the manufacturer.")
     shown = [
         (number(title), quantity)
         for title, path in (
-            ("util.\n%", f"{COUPLING}/use"),
-            ("largest\n%", f"{COUPLING}/largest_use"),
-            ("at\nrpm", f"{COUPLING}/largest_use_speed"),
-            ("all fire\n%", f"{HEALTHY}/use"),
-            ("largest\n%", f"{HEALTHY}/largest_use"),
+            ("util.\n%", f"{COUPLING}/utilisation"),
+            ("largest\n%", f"{COUPLING}/largest_utilisation"),
+            ("at\nrpm", f"{COUPLING}/largest_utilisation_speed"),
+            ("all fire\n%", f"{HEALTHY}/utilisation"),
+            ("largest\n%", f"{HEALTHY}/largest_utilisation"),
         )
         if (quantity := having(result.record, path, *(axis.name for axis in use.axes))) is not None
     ]

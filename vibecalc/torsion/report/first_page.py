@@ -81,7 +81,7 @@ def torsion(result: Result) -> Section | None:
 # a case file are for the line as the file describes it; in the other columns they are marks only.
 # ----------------------------------------------------------------------------
 
-HEALTHY, BARE = "healthy/", "bare/"
+HEALTHY, BARE = "healthy/", "without_dampers/"
 ANY, OPERATING = "speed range", "operating speed"
 #: behind a value above a limit that is for another column
 ABOVE = " !"
@@ -189,7 +189,7 @@ def _frequencies(result: Result) -> Iterator[SummaryRow]:
         if prefix != BARE:
             name = "" if value else mode_names(result)[modes[0]]
             value[prefix] = cell(float(quantity.values[modes[0]]), quantity.error_estimate, name)
-    bare = vector(result.record, BARE + "natural_frequency", "bare_mode")
+    bare = vector(result.record, BARE + "natural_frequency", "mode_without_dampers")
     if bare is not None and np.any(bare > 0.0):
         value[BARE] = cell(bare[bare > 0.0][0], 0.0, "1st elastic")
     yield SummaryRow("lowest natural frequency", "Hz", value)
@@ -252,13 +252,13 @@ def _uses(result: Result) -> Iterator[SummaryRow]:
     record = result.record
     for i, limit in enumerate(limits_of(result) if has_limits(record) else ()):
         own = [row for row in verdicts_of(result)
-               if row.element and row.quantity == f"{TORSION}limit/each/use"
+               if row.element and row.quantity == f"{TORSION}limit/each/utilisation"
                and row.where["limit"] == i + 1]  # fmt: skip
-        worst, rule = max(own, key=lambda row: row.use, default=None), rule_of(limit).name
+        worst, rule = max(own, key=lambda row: row.utilisation, default=None), rule_of(limit).name
         here = (worst.element, f"{turns(worst.speed)} rpm: {rule}") if worst else None
         for scope, path, place, flagged in (
-            (ANY, "limit/largest_use", here, flags(result)),
-            (OPERATING, "limit/operating_use", None, flags(result, AT_SPEED)),
+            (ANY, "limit/largest_utilisation", here, flags(result)),
+            (OPERATING, "limit/operating_utilisation", None, flags(result, AT_SPEED)),
         ):
             value = dict[str, Value]()
             for prefix in variants(result):
@@ -288,7 +288,7 @@ def conclusion(result: Result) -> str:
     none = "the case sets no stress limit" if driven else "the line has no excitation"
     clauses = [*_of_limits(result)] or [none]
     clauses += [*_of_gears(result), *_of_majors(result)]
-    if vector(record, "masked/from", "masked") is not None:
+    if vector(record, "resonances_skipped/from", "resonance_skipped") is not None:
         clauses.append("some critical speeds are undamped")
     if ill := silent(result):
         clauses.append(f"all values with misfire of cylinder {joined(ill)}")
@@ -358,7 +358,7 @@ def in_one_sentence(result: Result) -> str:
     if not rows:
         return "The case sets no limits."
     ranges = ranges_in_words(result)
-    if not ranges and having(result.record, f"{TORSION}limit/largest_use", "limit"):
+    if not ranges and having(result.record, f"{TORSION}limit/largest_utilisation", "limit"):
         ranges = ["no speed range is barred"]
     return "; ".join([counted([], rows).rstrip("."), *ranges]) + "."
 
@@ -476,7 +476,7 @@ def misfire(result: Result) -> list[str]:
 def barred(result: Result) -> list[str]:
     """The ranges of speeds that are barred, and what bars them."""
     record = result.record
-    if f"{TORSION}limit/largest_use" not in record:
+    if f"{TORSION}limit/largest_utilisation" not in record:
         there = having(record, TORSION + "critical/speed", "mode", "order") is not None
         return paragraph("No limit over the speed range: none is barred.") if there else []
     words = "; ".join(ranges_in_words(result)) or "no range is barred"

@@ -64,7 +64,7 @@ _LIMIT = TORSION + "limit/"
 def torsion_limits(result: Result) -> Section | None:
     """The section, None if the case has no limit of stress or torque."""
     record = result.record
-    if not {f"{_LIMIT}largest_use", f"{_LIMIT}operating_use"} & set(record):
+    if not {f"{_LIMIT}largest_utilisation", f"{_LIMIT}operating_utilisation"} & set(record):
         return None
     blocks = uses_by_section(result), crank_places(result), exceeded_table(record)
     title = f"Limits of the {limited_words(record)} and barred ranges"
@@ -103,7 +103,7 @@ def most_used_at_speed(record: Record, place: int) -> str:
 
 
 def _most_used(record: Record, when: str, place: int) -> str:
-    of = having(record, f"{_LIMIT}{when}/use", "limit", "section")
+    of = having(record, f"{_LIMIT}{when}/utilisation", "limit", "section")
     if of is None or np.all(np.isnan(of.values[place])):
         return ""
     return labels(of.axes[1])[int(np.nanargmax(of.values[place]))]
@@ -190,7 +190,7 @@ def of_torque(record: Record) -> np.ndarray:
             values = np.asarray(found.values, dtype=float)
             there = values > 0.0 if axis == "section" else np.isfinite(values)
             return np.asarray(np.any(there, axis=1))
-    count = vector(record, "limit/operating_use", "limit")
+    count = vector(record, "limit/operating_utilisation", "limit")
     return np.zeros(0 if count is None else count.size, bool)
 
 
@@ -240,7 +240,7 @@ def _origin(place: int, limit: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
 
 def has_limits(record: Record) -> bool:
     """Whether stress or torque of the line is held against a limit."""
-    return f"{TORSION}limit/largest_use" in record
+    return f"{TORSION}limit/largest_utilisation" in record
 
 
 # ----------------------------------------------------------------------------
@@ -371,12 +371,12 @@ def uses_by_section(result: Result) -> list[str]:
             ("each/speed", "worst at\nrpm", "", _speed),
             (f"each/{name}", name, unit, _endless),
             (f"each/{prefix}allowed", "allowed\ncontin.", unit, _load),
-            ("each/use", "util.\n%", "", _use),
+            ("each/utilisation", "util.\n%", "", _use),
             (f"each/{prefix}transient", "allowed\npassage", unit, _load),
-            ("each/transient_use", "util.\n%", "", _use),
+            ("each/passage_utilisation", "util.\n%", "", _use),
             (f"operating/{name}", f"operating\n{name}", unit, _load),
             (f"operating/{prefix}allowed", "allowed\ncontin.", unit, _load),
-            ("operating/use", "util.\n%", "", _use),
+            ("operating/utilisation", "util.\n%", "", _use),
         )
         there = held[1] & chosen[:, None] if held else np.zeros((0, 0), bool)
         if held is None or not there.any():
@@ -451,11 +451,16 @@ def _covered(result: Result, state: str | None) -> bool:
 # Uses of limits by rules, tables and makers: of the line as it is, and of the worst condition.
 # ----------------------------------------------------------------------------
 
-_LARGEST = ("largest_use", "", "operating_use", "speed")
-_COUPLING = ("largest_use", "", "use", "largest_use_speed")
+_LARGEST = ("largest_utilisation", "", "operating_utilisation", "speed")
+_COUPLING = ("largest_utilisation", "", "utilisation", "largest_utilisation_speed")
 #: uses over the speeds, in passing through and at the operating speed, and the speeds of the first
 _USES = {
-    "limit/": ("each/use", "each/transient_use", "operating/use", "each/speed"),
+    "limit/": (
+        "each/utilisation",
+        "each/passage_utilisation",
+        "operating/utilisation",
+        "each/speed",
+    ),
     "coupling/": _COUPLING,
     "healthy/limit/": _LARGEST,
     "healthy/coupling/": _COUPLING,
@@ -552,7 +557,7 @@ def _row(use: _Use, speed: float) -> Verdict:
         margin=margin,
         state=state,
         decided_by=decided_by,
-        use=share,
+        utilisation=share,
         # of the largest use, which may be another than that in passing through
         speed=np.nan if use.kind == PASSING and not unit else speed,
         condition=_condition(use),
@@ -566,10 +571,10 @@ def _where_barred(use: _Use) -> tuple[str, str]:
         found = every(use.result.record, "exceeded", "exceeded", "limit", "permitted")
         limit, permitted_ = (one.values for one in found) if found else 2 * (np.zeros(0),)
         may = permitted_[limit == use.where["limit"]]
-        unbarred = use.entry("operating/use") if may.size and may.all() else np.inf
+        unbarred = use.entry("operating/utilisation") if may.size and may.all() else np.inf
     else:
-        unbarred = use.entry("unbarred_use")
-        if unbarred is None and not (use.entry("operating_use") or 0.0) > 1.0:
+        unbarred = use.entry("unbarred_utilisation")
+        if unbarred is None and not (use.entry("operating_utilisation") or 0.0) > 1.0:
             return UNDECIDED, "another run"  # of an older file
         unbarred = np.inf if unbarred is None else unbarred
     return BROKEN if (unbarred or 0.0) > 1.0 else BARRED, ""

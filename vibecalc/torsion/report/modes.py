@@ -213,7 +213,7 @@ def _seat(record: Record, mode: int) -> str:
 
 
 def _bare(result: Result) -> list[str]:
-    natural = vector(result.record, "bare/natural_frequency", "bare_mode")
+    natural = vector(result.record, "without_dampers/natural_frequency", "mode_without_dampers")
     if natural is None:
         return []
     listed = ", ".join(show(hertz(value)) for value in natural[:12] if value > 0.0)

@@ -167,7 +167,7 @@ def _clutch(record: Record) -> str:
     """Slip, heat, common speed and what is left of its friction torque; "" without a clutch."""
     slip, heat, held, common, times, use = (
         scalar_of(record, f"{TRANSIENT}clutch/{name}")
-        for name in ("slip_time", "heat", "held", "common_speed", "engagements", "use")
+        for name in ("slip_time", "heat", "held", "common_speed", "engagements", "utilisation")
     )
     if slip is None or heat is None:
         return ""

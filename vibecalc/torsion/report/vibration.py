@@ -222,7 +222,7 @@ def _worst(result: Result) -> list[str]:
         Cells("largest/torque_half_range", f"torque\n{unit}", unit),
         Cells("largest/stress_half_range", "stress\nN/mm^2", "N/mm^2"),
         Cells("largest/twist_half_range", "twist\nmrad", "mrad"),
-        Cells("bare/largest/torque_half_range", f"no dampers\n{unit}", unit),
+        Cells("without_dampers/largest/torque_half_range", f"no dampers\n{unit}", unit),
         Cells("reduction", "ratio"),
         Cells("largest/speed", "at\nrpm", in_turns),
         Cells(meetings(result, f"{TORSION}largest"), "mode, order"),
@@ -250,7 +250,8 @@ def _peaks(result: Result) -> list[str]:
 def _masked(result: Result) -> list[str]:
     record, known = result.record, mode_names(result)
     low, high, mode, order = (
-        vector(record, f"masked/{name}", "masked") for name in ("from", "to", "mode", "order")
+        vector(record, f"resonances_skipped/{name}", "resonance_skipped")
+        for name in ("from", "to", "mode", "order")
     )
     if low is None or high is None:
         return []
@@ -440,9 +441,9 @@ _USES = Rows(
     "condition",
     "condition",
     (
-        Cells("largest_use", "limit {}\nutil., %", "%"),
+        Cells("largest_utilisation", "limit {}\nutil., %", "%"),
         Cells("speed", "{} at\nrpm", "rpm"),
-        Cells("operating_use", "{} at\nspeed, %", "%"),
+        Cells("operating_utilisation", "{} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
     places=_highest,

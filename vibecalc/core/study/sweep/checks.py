@@ -119,7 +119,10 @@ def _no_point(design: Design, resolved: Mapping[str, Any]) -> Iterator[Problem]:
 # ----------------------------------------------------------------------------
 
 #: axes whose entries are chosen while a point is computed, so that no two points share them
-UNSHARED_AXES = ("speed", "masked", "instant_time", "reversal_time", "passage", "contact")
+UNSHARED_AXES = (
+    *("speed", "resonance_skipped", "instant_time", "reversal_time"),
+    *("passage", "contact"),
+)
 
 
 def stored_paths(
