@@ -307,7 +307,7 @@ def test_a_peak_between_two_points_next_to_an_undamped_mode(ratio: Any, words: s
 
 def test_results_with_entries_that_nobody_asked_to_keep_are_said() -> None:
     """A grid keeps single numbers: what gears and couplings have is not lost without a word."""
-    path = "response/torsion/coupling/use"
+    path = "response/torsion/coupling/utilisation"
     keys = (key(*STIFFNESS),)
     swept = view([axis_of(keys, np.array([[1.0], [2.0]]))], keys, {DEFLECTION: np.ones(2)})
     plan = ({"stage": "torsion", "quantities": f"{path}, {DEFLECTION}"},)
