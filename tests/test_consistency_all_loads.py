@@ -39,7 +39,7 @@ def test_the_torque_alone_is_refused_with_where_it_is() -> None:
 
 def test_paths_of_before_name_the_same_results() -> None:
     for old, new in PATHS.items():
-        if not new.startswith("isolation/"):
+        if not new.startswith(("isolation/body/", "isolation/support_force/")):
             continue
         name = "genset_on_deck" if old.startswith("foundation") else "pump"
         table = copy.deepcopy(table_of(name))
