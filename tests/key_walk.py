@@ -67,9 +67,15 @@ class Place(NamedTuple):
     default: Any
 
 
+def _having(word: str, part: Any, schema: Any) -> Any:
+    """The form with this word that a part of the schema is, or leads to."""
+    while word not in part:
+        part = schema["$defs"][part["$ref"].split("/")[-1]] if "$ref" in part else part["anyOf"][0]
+    return part
+
+
 def _walk(table: type[Table], above: Pattern, at: Any, schema: Any) -> Iterator[Any]:
-    while "$ref" in at or ("anyOf" in at and "properties" not in at):
-        at = schema["$defs"][at["$ref"].split("/")[-1]] if "$ref" in at else at["anyOf"][0]
+    at = _having("properties", at, schema)
     for key, field in keys_of(table).items():
         part = at["properties"].get(key)
         if not part:
@@ -80,9 +86,8 @@ def _walk(table: type[Table], above: Pattern, at: Any, schema: Any) -> Iterator[
         if shape.table is not None:
             yield from _walk(shape.table, pattern, part, schema)
         elif shape.item is not None and shape.item.table is not None:
-            while "items" not in part:
-                part = part["anyOf"][0]
-            yield from _walk(shape.item.table, (*pattern, EACH), part["items"], schema)
+            items = _having("items", part, schema)["items"]
+            yield from _walk(shape.item.table, (*pattern, EACH), items, schema)
 
 
 @cache

@@ -21,14 +21,45 @@ def random_line(seed: int) -> Table:
     return _Draw(np.random.default_rng([seed, 39])).case(seed)
 
 
+#: what may happen in time to the lines of `random_change`, in turn
+CHANGES = (
+    "load_step", "misfire_onset", "short_circuit", "torque_history", "run_up", "run_down",
+)  # fmt: skip
+
+
+def random_change(seed: int) -> Table:
+    """A small line of the same kind with dashpots alone, and a short change in time."""
+    draw = _Draw(np.random.default_rng([seed, 93]), most=3)
+    case, kind = draw.case(seed), CHANGES[seed % len(CHANGES)]
+    case["title"] = f"random {kind} {seed}"
+    line = case["machine"]["shaft_line"]
+    for shaft in line["shafts"]:
+        for loss in ("loss_factor", "magnifier", "lehr_ratio"):
+            if shaft.pop(loss, 0.0):
+                shaft["damping"] = shaft["stiffness"] / draw.natural * draw.spread(2e-3, 5e-2)
+        if soft := shaft.pop("coupling", {}):
+            shaft["stiffness"] = soft["stiffness"]
+            shaft["damping"] = 0.1 * soft["stiffness"] / draw.natural
+    for damper in line.get("dampers", []):
+        damper.pop("loss_factor", None)
+    if kind.startswith("run"):  # what goes with the speed, and what its square turns on
+        line["dampers"] = [one for one in line.get("dampers", []) if one["kind"] != "pendulum"]
+        for beside in line.get("excitations", []):
+            beside |= {"exponent": 2.0} if "exponent" in beside else {}
+    asked = case["response"]["torsion"]
+    case["response"]["torsion"] = {"orders": asked["orders"], "transient": draw.change(kind)}
+    case["accuracy"] = {"rtol": 1e-9}
+    return case
+
+
 class _Draw:
     """What the parts of one line have in common: speed, size of an inertia, a frequency."""
 
-    def __init__(self, draw: np.random.Generator):
+    def __init__(self, draw: np.random.Generator, most: int = 6):
         self.draw = draw
         self.four = self.chance(0.6)
         self.speed = float(draw.uniform(20.0, 300.0))
-        self.count = int(draw.integers(1, 7))
+        self.count = int(draw.integers(1, most + 1))
         self.size = self.spread(0.05, 50.0)
         # the lowest elastic mode of the row is excited by a low to a high order
         self.natural = self.speed * self.spread(0.5, 10.0)
@@ -97,6 +128,28 @@ class _Draw:
                 )
             ],
         }
+
+    def change(self, kind: str) -> Table:
+        """Over one or two cycles of the machine."""
+        draw, cycle = self.draw, (4.0 if self.four else 2.0) * np.pi / self.speed
+        found: Table = {"kind": kind, "before": 0.1 * cycle, "after": 0.7 * cycle}
+        on = str(draw.choice([one["name"] for one in self.stations]))
+        size = self.stiff * self.spread(1e-4, 1e-2)
+        if kind == "misfire_onset":
+            return found | {"cylinder": str(draw.integers(1, self.count + 1))}
+        if kind == "load_step":
+            return found | {"on": on, "torque": size * float(draw.choice([-1.0, 1.0]))}
+        if kind == "short_circuit":
+            decays = {"amplitude": size, "time_constant": cycle}
+            sine = {"frequency": self.natural, "phase": 0.4}
+            return found | {"on": on, "terms": [decays | sine, decays | {"phase": 1.2}]}
+        if kind == "torque_history":
+            rows = {"time": [0.0, 0.15 * cycle, 0.5 * cycle], "torque": [size, -size, 0.3 * size]}
+            return found | {"on": on, "history": rows}
+        slow, fast = (self.speed * float(draw.uniform(*one)) for one in ((0.6, 0.7), (0.9, 1.1)))
+        ends = (slow, fast) if kind == "run_up" else (fast, slow)
+        more = {"from": ends[0], "to": ends[1], "duration": 1.6 * cycle, "after": 0.1 * cycle}
+        return found | more
 
     def asked(self) -> Table:
         step = float(self.draw.choice([0.5, 1.0])) if self.four else 1.0

@@ -14,7 +14,7 @@ from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 from vibecalc.core.run.targets import check_targets
 from vibecalc.core.study.execute import execute
-from vibecalc.measurement.model import build_harmonics
+from vibecalc.measurement.model import build_harmonics, mismatch
 from vibecalc.measurement.plate import PARTS, difference_row, point_row
 
 MOTION = np.array([0.8 + 0.1j, 3.0 - 2.0j, -0.7 + 1.1j])
@@ -86,6 +86,49 @@ FIVE = {f'at = "{name}"': point_row(*PLACES[name]) for name in "abc"} | {
     f'between = ["a", "{name}"]': difference_row(PLACES["a"], PLACES[name]) for name in "bc"
 }
 SIXTH = {'at = "d"': point_row(*PLACES["d"])}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_pair_that_is_not_alike_misses_its_difference_by_the_mean_of_both(seed: int) -> None:
+    """The closed form of three amplitudes, against phasors that are a little off."""
+    parts = np.random.default_rng(seed).normal(size=(2, 2))
+    first, second = parts[:, 0] + 1j * parts[:, 1]
+    little, difference = 1e-7, second - first
+    for shares in ((little, 0.0), (0.0, little)):
+        off = 0.5 * complex(*shares)
+        moved = second * (1.0 + off) - first * (1.0 - off) - difference
+        missed = moved * np.conj(difference) / abs(difference)
+        stated = mismatch(abs(difference), abs(first), abs(second), *shares)
+        np.testing.assert_allclose(stated, np.abs([missed.real, missed.imag]), rtol=1e-6)
+
+
+def test_a_mismatch_of_the_pair_enters_what_is_stated(tmp_path: Path) -> None:
+    """Runs with each difference as a pair reads it that is off by one deviation, in squares."""
+    share, turn = 2e-4, np.radians(0.01)
+    text = replaced(
+        "orders =",
+        f"level_step = 1e-5\nsensitivity_mismatch = {share}\nphase_mismatch = {turn}\norders =",
+        named_levels(FIVE | SIXTH, {'at = "d"': "choose"}),
+    )
+    paths = [f"measurement/{name}_level" for name in ("translation", "roll", "pitch")]
+    whole = run(tmp_path, text)
+    stated = [whole[path.replace("/", "/uncertainty/", 1)].values[0] for path in paths]
+    squares = np.zeros(3)
+    for name in "bc":
+        where = f'between = ["a", "{name}"]'
+        first, second = (point_row(*PLACES[at]) @ MOTION for at in ("a", name))
+        for off in (0.5 * share, 0.5j * turn):
+            read = abs(second * (1.0 + off) - first * (1.0 - off))
+            old = float(20.0 * np.log10(abs(second - first)))
+            new = float(20.0 * np.log10(read))
+            moved = run(tmp_path, replaced(f"{where}, level = [{old!r}]",
+                                           f"{where}, level = [{new!r}]", text))  # fmt: skip
+            squares += [(moved[path].values[0] - whole[path].values[0]) ** 2 for path in paths]
+    np.testing.assert_allclose(stated, np.sqrt(squares), rtol=0.02)
+    d = {"position": "d", "order": 1}
+    bound, level = (entry(whole, f"measurement/uncertainty/{name}", **d)
+                    for name in ("level_bound", "level"))  # fmt: skip
+    assert bound > 1.9 * level
 
 
 def relative(motion: np.ndarray) -> np.ndarray:

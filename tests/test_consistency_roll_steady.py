@@ -39,8 +39,8 @@ def test_a_machine_of_equal_halves_has_no_odd_harmonics() -> None:
     state = found(machine, drive, started_at=SYNCHRONOUS).state
     motion = motion_of_state(as_batch(machine), drive, state)
     seen = MachineTurn(as_batch(machine), drive, state.turn, motion)
-    for name in ("shell_acceleration", "slip", "motor_torque"):
-        values, rounding = spectra_of(seen, 10)[name]
+    names = ("shell_acceleration", "slip", "motor_torque")
+    for values, rounding in spectra_of(seen, 10, names).values():
         size = np.abs(values)
         assert size[::2].max() < 1e-13 * size[1::2].max()
         shown, error = level_of(Bounded(values, np.full(10, rounding)), reference=1.0)

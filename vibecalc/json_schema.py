@@ -4,6 +4,7 @@ import copy
 import functools
 import json
 import re
+from collections.abc import Iterator
 from typing import Any
 
 from vibecalc.core.case.data_files import columns_of
@@ -11,12 +12,18 @@ from vibecalc.core.case.fields import Table
 from vibecalc.core.case.raw import EACH
 from vibecalc.core.case.row_files import LISTS
 from vibecalc.core.case.rules import ByKind, barred
-from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
+from vibecalc.core.case.walk import Shape, keys_of, shape_of
 from vibecalc.errors import UsageError
 from vibecalc.kinds import FINDING_MOTORS, KINDS, MOTORS, absent_places
 from vibecalc.parts.motor_tables import Motor
 from vibecalc.schema import SCHEMA_VERSION, Case
-from vibecalc.unit_patterns import LESS, NUMBER, SHIFTED, text_pattern
+from vibecalc.unit_patterns import (
+    NUMBERS,
+    SHIFTED,
+    number_pattern,
+    shifted_pattern,
+    unit_pattern,
+)
 from vibecalc.unit_table import DIMENSIONS
 
 Schema = dict[str, Any]
@@ -35,6 +42,8 @@ def json_schema(kind: str = "") -> Schema:
     else:
         schema["$defs"]["Machine"]["properties"]["kind"] = _said_of([*KINDS])
         schema["allOf"] = [_without(name) for name in KINDS]
+    _define_same_keys(schema)
+    _put_in_place(schema)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": ":".join(filter(None, ("urn:vibecalc:case", str(SCHEMA_VERSION), kind))),
@@ -134,14 +143,15 @@ def _gather(part: Any, tables: dict[str, Schema], names: set[str]) -> None:
 
 
 # ----------------------------------------------------------------------------
-# What an editor shows of a key: its description, what it may be, its default.
+# What an editor shows of a key: its description with the unit of a number. The range, choices and
+# default stand beside it.
 # ----------------------------------------------------------------------------
 
 
 def _describe(
     schema: Schema, table: type[Table], tables: dict[str, Schema], seen: set[str]
 ) -> None:
-    """End the description of every key with what may stand there, in this table and below it."""
+    """End the description of numbers with their unit in SI, in this table and below it."""
     for key, field in keys_of(table).items():
         part, shape = schema["properties"][key], shape_of(field)
         below = shape.table or (shape.item.table if shape.item else None)
@@ -150,12 +160,17 @@ def _describe(
             if name not in seen:
                 seen.add(name)
                 _describe(tables[name], below, tables, seen)
+                about = tables[name].pop("description").split("\n")[0]
                 if columns_of(below):
                     tables[name] = {"anyOf": [tables[name], _CSV_NAME]}
-        elif shape.kind not in ("text", "flag"):
-            part["description"] += f"; {words(shape, brief=True)}"
-        if below is None and "default" in part:
-            part["description"] += f"; default {_shown(part['default'], shape)}"
+                tables[name]["description"] = about
+        elif unit := _unit(shape):
+            part["description"] += f" [{unit}]"
+
+
+def _unit(shape: Shape) -> str:
+    """The unit in SI of a number, or of the numbers in a list."""
+    return _unit(shape.item) if shape.item else shape.unit or ""
 
 
 def _table_in(part: Schema) -> str:
@@ -166,14 +181,54 @@ def _table_in(part: Schema) -> str:
     return name
 
 
-def _shown(default: Any, shape: Shape) -> str:
-    """A default as a case would have it, with its unit."""
-    unit = (shape.item or shape).unit or ""
-    if isinstance(default, float):
-        return f"{default:g} {unit}".strip()
-    if isinstance(default, list) and all(isinstance(one, float) for one in default):
-        return f"[{', '.join(f'{one:g}' for one in default)}] {unit}".strip()
-    return json.dumps(default, ensure_ascii=False)
+def _define_same_keys(schema: Schema) -> None:
+    """Put keys that are the same in several tables into a definition, and a reference in place."""
+    found: dict[str, list[tuple[Schema, str]]] = {}
+    for part in _parts(schema):
+        keys = part.get("properties", {}) if "type" in part else {}
+        for key, form in keys.items():
+            if not form.keys() & {"$ref", "const"}:
+                found.setdefault(json.dumps(form, sort_keys=True), []).append((keys, key))
+    for places in found.values():
+        keys, key = places[0]
+        form, name = keys[key], f"key_{key}"
+        while name in schema["$defs"]:
+            name += "_"
+        reference = {"$ref": f"#/$defs/{name}"}
+        if len(places) * (len(json.dumps(form)) - len(name) - 20) > len(json.dumps(form)) + len(
+            name
+        ):
+            schema["$defs"][name] = form
+            for keys, key in places:
+                keys[key] = reference
+
+
+def _put_in_place(schema: Schema) -> None:
+    """Put what one place alone refers to into that place.
+
+    The key there says what its table is, as it does where an editor shows nothing of a table that
+    has rules.
+    """
+    tables = schema["$defs"]
+    leading: dict[str, list[Schema]] = {}
+    for part in _parts(schema):
+        if "$ref" in part:
+            leading.setdefault(part["$ref"].split("/")[-1], []).append(part)
+    for name, (part, *others) in leading.items():
+        if not others or "allOf" in tables[name]:
+            tables[name].pop("description", None)
+        if not others:
+            del part["$ref"]
+            part |= tables.pop(name)
+
+
+def _parts(schema: Any) -> Iterator[Schema]:
+    """All objects in a schema."""
+    if isinstance(schema, dict):
+        yield schema
+    for below in schema.values() if isinstance(schema, dict) else schema:
+        if isinstance(below, dict | list):
+            yield from _parts(below)
 
 
 def _said_of(kinds: list[str]) -> Schema:
@@ -189,20 +244,15 @@ def _said_of(kinds: list[str]) -> Schema:
 
 
 # ----------------------------------------------------------------------------
-# Numbers, also as texts with a unit: a definition for each unit and bounds, with one for the texts
-# of each unit. What is defined stands in a list of one (`anyOf`), since some editors do not look at
-# a description beside a reference.
+# Numbers, also as texts with a unit: a definition for each unit and bounds, of one for the number
+# and one for its unit. What is defined stands in a list of one (`anyOf`), since some editors do not
+# look at a description beside a reference.
 # ----------------------------------------------------------------------------
 
 #: a value whose unit is that of a result: any unit
 _VALUE = {
-    "oneOf": [
-        {"type": "number"},
-        {
-            "type": "string",
-            "pattern": f"^ *{NUMBER}(?: *[^-\\s0-9.,;:!?+*/_=][^,;:!?=]*| +1 */.*)? *$",
-        },
-    ]
+    "type": ["number", "string"],
+    "pattern": f"^ *{NUMBERS['']}( *[^-\\s0-9.,;:!?+*/_=][^,;:!?=]*| +1 */.*)? *$",
 }
 #: as pydantic writes it, as the JSON schema does, and in the name of a definition
 _BOUNDS = (
@@ -211,6 +261,12 @@ _BOUNDS = (
     ("lt", "exclusiveMaximum", "below"),
     ("le", "maximum", "to"),
 )
+#: what a number is whose text begins like this
+_SIGNS: dict[str, Schema] = {
+    "": {},
+    "from_0": {"minimum": 0},
+    "above_0": {"exclusiveMinimum": 0},
+}
 _BOUND_NAMES = {written: name for written, name, _ in _BOUNDS}
 
 
@@ -225,21 +281,77 @@ def _number(unit: str, number: Schema, forms: Schema) -> Schema:
     above, least = number.get("exclusiveMinimum", -1), number.get("minimum", -1)
     sign = "above_0" if above >= 0 or least > 0 else "from_0" if least == 0 else ""
     name = unit.replace("/", "_per_").replace("*", "_").replace("^", "")
-    shifted = sign if unit in SHIFTED else ""
-    pattern: Schema = {"type": "string", "pattern": text_pattern(unit, shifted)}
-    if unit in DIMENSIONS:  # said here once, and not of each key
-        pattern["examples"] = re.findall("'([^']*)'", DIMENSIONS[unit].examples)
-    text = _defined("_".join(filter(None, ("Text", name, shifted))), pattern, forms)
-    form: Schema = {"anyOf": [{**number, "type": "number"}, text]}
-    if sign and not shifted:
-        form["not"] = _defined(f"Text_not_{sign}", {"type": "string", "pattern": LESS[sign]}, forms)
-    bounds = (f"{word}_{number[key]:g}" for _, key, word in _BOUNDS if key in number)
-    return _defined("_".join((name or "number", *bounds)), form, forms)
+    bounds = {key: number[key] for _, key, _ in _BOUNDS if key in number}
+    names = (f"{word}_{number[key]:g}" for _, key, word in _BOUNDS if key in number)
+    examples = re.findall("'([^']*)'", DIMENSIONS[unit].examples) if unit in DIMENSIONS else []
+    said = {"examples": examples} if examples else {}  # here once, and not of each key
+    if unit in SHIFTED:
+        of_unit = "_".join(filter(None, ("unit", name, sign)))
+        parts = [_form(of_unit, {"pattern": shifted_pattern(unit, sign), **said}, forms)]
+    else:
+        of_sign = {"pattern": number_pattern(sign), **_SIGNS[sign]}
+        of_unit = {"pattern": unit_pattern(unit), **said}
+        parts = [
+            _form(sign or "any", of_sign, forms),
+            _form(f"unit_{name or 'none'}", of_unit, forms),
+        ]
+        bounds = {
+            key: bound for key, bound in bounds.items() if {key: bound} not in _SIGNS.values()
+        }
+    within = [bounds] if bounds else []
+    return _defined("_".join((name or "number", *names)), {"allOf": [*parts, *within]}, forms)
+
+
+def _form(name: str, form: Schema, forms: Schema) -> Schema:
+    """A reference to what a number or a text may be."""
+    return _defined(name, {"type": ["number", "string"], **form}, forms)
+
+
+# ----------------------------------------------------------------------------
+# Rules of a table.
+# ----------------------------------------------------------------------------
+
+
+def _joined(rules: list[Schema]) -> list[Schema]:
+    """Rules of a table in the JSON schema, those under the same condition as one of them."""
+    found: list[Schema] = []
+    for rule in rules:
+        for one in found:
+            then = _both(one["then"], rule["then"]) if one.get("if", 0) == rule.get("if") else None
+            if then:
+                one["then"] = then
+                break
+        else:
+            found.append({**rule})
+    return [_not_both(rule) for rule in found]
+
+
+def _not_both(rule: Schema) -> Schema:
+    """A rule of two keys that exclude each other, in a few words; another one as it is."""
+    (one, *others), barred = rule.get("if", {}).get("required", [""]), rule.get("then", {})
+    if others or barred.keys() != {"properties"} or [*barred["properties"].values()] != [False]:
+        return rule
+    return {"not": {"required": [one, *barred["properties"]]}}
+
+
+def _both(first: Schema, second: Schema) -> Schema | None:
+    """Keys that are asked for, and what they may be, as one; None where that is two things."""
+    one, other = (then.get("properties", {}) for then in (first, second))
+    plain = first.keys() | second.keys() <= {"properties", "required"}
+    if not plain or any(one[key] != other[key] for key in one.keys() & other.keys()):
+        return None
+    asked = dict.fromkeys(key for then in (first, second) for key in then.get("required", ()))
+    found: Schema = {"properties": one | other, "required": [*asked]}
+    return {word: said for word, said in found.items() if said}
 
 
 # ----------------------------------------------------------------------------
 # What pydantic writes, in order.
 # ----------------------------------------------------------------------------
+
+
+#: entries of a list and letters of a name that no editor needs to count
+_MANY = 64
 
 
 def _tidy(schema: Any, forms: Schema) -> Any:
@@ -255,12 +367,17 @@ def _tidy(schema: Any, forms: Schema) -> Any:
     tidy = {_BOUND_NAMES.get(key, key): entry for key, entry in rows.items()}
     if "$ref" in tidy.get("allOf", [{}])[0]:  # what `Table` wraps, to remain a reference
         tidy.update(tidy.pop("allOf")[0])
+    elif "allOf" in tidy:
+        tidy["allOf"] = _joined(tidy["allOf"])
     if isinstance(tidy.get("title"), str):
         del tidy["title"]
     if len(tidy.get("enum", ())) > 1 and tidy.get("type") == "string":
         del tidy["type"]  # the choices are texts
     if tidy.get("default", 0) in (None, [], {}, ""):
         del tidy["default"]
+    for most in ("maxItems", "maxLength"):
+        if tidy.get(most, 0) >= _MANY:
+            del tidy[most]
     if isinstance(tidy.get("unit"), str):
         number = tidy.pop("anyOf")[0]
         number |= {key: tidy.pop(key) for _, key, _ in _BOUNDS if key in tidy}

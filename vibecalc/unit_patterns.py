@@ -16,32 +16,35 @@ from vibecalc.units import convert, read_unit
 # Numbers. An exponent of two digits keeps every product finite.
 # ----------------------------------------------------------------------------
 
-_DIGITS = "[0-9]+(?:_[0-9]+)*"
-_UNSIGNED = rf"(?:{_DIGITS}(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{{1,2}})?"
-NUMBER = f"[-+−]?{_UNSIGNED}"
-_ZERO = r"(?:0(?:_?0)*(?:\.0*)?|\.0+)(?:[^0-9._]|$)"
-#: how a text begins whose number is not from, or not above zero
-LESS = {"from_0": "^ *[-−]", "above_0": rf"^ *(?:[-−]|\+?{_ZERO})"}
+_DIGITS = "[0-9]+(_[0-9]+)*"
+_EXPONENT = "([eE][-+]?[0-9]{1,2})?"
+_UNSIGNED = rf"({_DIGITS}(\.[0-9]*)?|\.[0-9]+){_EXPONENT}"
+_ABOVE_ZERO = rf"((0_?)*[1-9][0-9]*(_[0-9]+)*(\.[0-9]*)?|(0(_?0)*)?\.0*[1-9][0-9]*){_EXPONENT}"
+#: a number, one from 0 and one above 0
+NUMBERS = {"": f"[-+−]?{_UNSIGNED}", "from_0": rf"\+?{_UNSIGNED}", "above_0": rf"\+?{_ABOVE_ZERO}"}
+#: what may be a number, for the pattern of its unit; and what follows the number in its own pattern
+WRITTEN = f"[-+−0-9._]+{_EXPONENT}"
+_REST = "([^-+−0-9._].*)?$"
 #: what stands before a unit whose zero is not that of the SI unit, and before the SI unit itself,
 #: where that is not below zero, or above it
-SHIFTED = {"K": ("(?:degC|°C)", rf"(?:\+?{_UNSIGNED}|[-−]1?[0-9]{{1,2}}(?:\.[0-9]*)?)")}
-_ABOVE_ZERO = (
-    r"(?:(?:0_?)*[1-9][0-9]*(?:_[0-9]+)*(?:\.[0-9]*)?|(?:0(?:_?0)*)?\.0*[1-9][0-9]*)"
-    "(?:[eE][-+]?[0-9]{1,2})?"
-)
-_BEFORE = {"": NUMBER, "from_0": rf"\+?{_UNSIGNED}", "above_0": rf"\+?{_ABOVE_ZERO}"}
+SHIFTED = {"K": ("(degC|°C)", rf"(\+?{_UNSIGNED}|[-−]1?[0-9]{{1,2}}(\.[0-9]*)?)")}
 
 
-def text_pattern(unit: str, least: str = "") -> str:
-    """What a text may be that is read in this SI unit.
+def number_pattern(least: str = "") -> str:
+    """How a text begins with a number, which may be from 0 or above it (`least`)."""
+    return f"^ *{NUMBERS[least]}{_REST}"
 
-    `least` says of a unit in `SHIFTED` that the number in SI is not below zero, or above it.
-    """
-    text = f"{_BEFORE[least]}(?:{_units(unit)})?"
-    if unit in SHIFTED:
-        shifted, above = SHIFTED[unit]
-        text = f"(?:{text}|{above if least else NUMBER} *{shifted})"
-    return f"^ *{text} *$"
+
+def unit_pattern(unit: str) -> str:
+    """How a text ends with a unit that is read in this SI unit, after what may be a number."""
+    return f"^ *{WRITTEN}({_units(unit)})? *$"
+
+
+def shifted_pattern(unit: str, least: str) -> str:
+    """What a text may be that is read in a unit in `SHIFTED`, whose number in SI is `least`."""
+    scale, above = SHIFTED[unit]
+    text = f"{NUMBERS[least]}({_units(unit)})?"
+    return f"^ *({text}|{above if least else NUMBERS['']} *{scale}) *$"
 
 
 # ----------------------------------------------------------------------------
@@ -49,7 +52,7 @@ def text_pattern(unit: str, least: str = "") -> str:
 # ----------------------------------------------------------------------------
 
 #: what may stand before symbols, and before words
-_SYMBOL, _WORD = "[nuµμmcdhkMGT]?", "(?:micro|milli|centi|kilo|mega|giga)?"
+_SYMBOL, _WORD = "[nuµμmcdhkMGT]?", "(micro|milli|centi|kilo|mega|giga)?"
 #: a unit of each dimension -> symbols and words that take these, and names that stand as they are
 #: (a min is no inch, a kt no tonne)
 _CALLED: dict[str, tuple[str, str, str]] = {
@@ -64,8 +67,8 @@ _CALLED: dict[str, tuple[str, str, str]] = {
     "ohm": ("ohm|Ω", "ohms?", ""),
     "K": ("K", "kelvins?", ""),
     "St": ("St", "stokes", ""),
-    "m": ("m", "met(?:er|re)s?", "in|inch|inches|ft|foot|feet"),
-    "m^3": ("[lL]", "lit(?:er|re)s?", ""),
+    "m": ("m", "met(er|re)s?", "in(ch(es)?)?|ft|foot|feet"),
+    "m^3": ("[lL]", "lit(er|re)s?", ""),
     "kg": ("g", "grams?|tonnes?", "t|lb|oz|pounds?|ounces?|slugs?"),
     "s": ("s", "seconds?", "sec|min|minutes?|h|hours?"),
     "rad": ("rad", "radians?", "deg|degrees?|rev|turns?|revolutions?|°"),
@@ -80,13 +83,17 @@ def _dimension(name: str) -> Dimension:
     return tuple(sorted(read_unit(name)[1].items()))
 
 
+def _either(names: str) -> str:
+    return f"({names})" if "|" in names else names
+
+
 @functools.cache
-def _names() -> dict[Dimension, str]:
-    """What a single unit of a dimension may be called, as a regular expression."""
+def _names(alone: bool) -> dict[Dimension, str]:
+    """What a unit of a dimension may be called, as a regular expression; in words where `alone`."""
     found = {}
     for unit, (symbols, words, others) in _CALLED.items():
-        prefixed = ((_SYMBOL, symbols), (_WORD, words))
-        forms = [f"{before}(?:{names})" for before, names in prefixed if names]
+        prefixed = ((_SYMBOL, symbols), (_WORD, words if alone else ""))
+        forms = [before + _either(names) for before, names in prefixed if names]
         found[_dimension(unit)] = "|".join(filter(None, (*forms, others)))
     return found
 
@@ -95,10 +102,10 @@ def _names() -> dict[Dimension, str]:
 # Products of them.
 # ----------------------------------------------------------------------------
 
-_TIMES = "(?: *[*·×] *| +)"
+_TIMES = "( *[*·×] *| +)"
 _OVER = " */ *"
 #: what engineers write together, as in kNm, Nms/rad, kgm2, Ns/m
-_TOGETHER = {"N": "[kMGm]?N", "m": "(?:mm|cm|m)", "s": "s", "kg": "k?g"}
+_TOGETHER = {"N": "[kMGm]?N", "m": "(mm|cm|m)", "s": "s", "kg": "k?g"}
 _ORDERS = ("N", "m", "s"), ("kg", "m")
 
 Factors = tuple[tuple[str, int], ...]
@@ -126,7 +133,7 @@ def _units(unit: str) -> str:
     apart = [text for text in texts if text.startswith("1")]  # else a digit of the number
     close = [text for text in texts if text not in apart]
     groups = ((" *", close), (" +", apart))
-    return "|".join(f"{space}(?:{'|'.join(group)})" for space, group in groups if group)
+    return "|".join(f"{space}({'|'.join(group)})" for space, group in groups if group)
 
 
 def _fits(name: str, unit: str) -> bool:
@@ -150,8 +157,10 @@ def _written(way: Way, unwritten: Dimension | None) -> list[str]:
     What is `unwritten` need not stand below the line.
     """
     above = [factor for factor in way if factor[1] > 0]
+    if way == (*above[:1],):
+        return [_one(*above[0], alone=True)]
     parts = [(one, f"{_OVER}{_one(one, -power)}") for one, power in way if power < 0]
-    below = "".join(f"(?:{text})?" if one == unwritten else text for one, text in parts)
+    below = "".join(f"({text})?" if one == unwritten else text for one, text in parts)
     if not above:
         return [f"1{below}"]
     orders = [above, [above[1], above[0], *above[2:]]] if len(above) > 1 else [above]
@@ -159,13 +168,13 @@ def _written(way: Way, unwritten: Dimension | None) -> list[str]:
     return [*texts, *(together + below for together in _together(above))]
 
 
-def _one(dimension: Dimension, power: int) -> str:
-    names = _names()[dimension]
-    return f"(?:{names if power == 1 else names.removesuffix('|°')})" + _power(power)
+def _one(dimension: Dimension, power: int, alone: bool = False) -> str:
+    names = _names(alone)[dimension]
+    return f"({names if power == 1 else names.removesuffix('|°')})" + _power(power)
 
 
 def _power(power: int) -> str:
-    return rf"(?:(?:\^|\*\*)?{power}|{' ²³'[power - 1]})" if power > 1 else ""
+    return rf"((\^|\*\*)?{power}|{' ²³'[power - 1]})" if power > 1 else ""
 
 
 def _together(above: list[tuple[Dimension, int]]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
+from typing import Any
 
 import numpy as np
 
@@ -126,17 +127,25 @@ def within(path: KeyPath, what: str, value: float) -> Iterator[Problem]:
 def absorber_suspects(case: Case) -> BoolArray | None:
     """Points (...) of a case with arrays that `absorber_problems` may refuse.
 
-    Of one absorber by its mass ratio, None else.
+    Of one absorber by its ratios, None else.
     """
-    primary, secondary, tuning = case.machine.primary, case.machine.secondary, case.tuning
-    if primary is None or secondary is None or tuning is None or tuning.kind != "free":
+    machine, tuning = case.machine, case.tuning
+    curves = None if case.response is None else case.response.absorber
+    if machine.primary is None or machine.secondary is None:
         return None
-    if primary.damping_ratio is None or secondary.mass_ratio is None or tuning.bounds is not None:
+    if curves is not None and curves.vary is not None:
         return None
-    damping, mass = np.asarray(primary.damping_ratio), np.asarray(secondary.mass_ratio)
-    low, high = BOUNDS["damping"]
-    fine = (damping == 0.0) | (low <= damping) & (damping <= high)
-    return np.asarray(~(fine & (BOUNDS["mass"][0] <= mass) & (mass <= _heaviest(tuning))))
+    if tuning is not None and (tuning.kind != "free" or tuning.bounds is not None):
+        return None
+    found: BoolArray = np.zeros((), dtype=bool)
+    for _, what, ratio in _stated(case):
+        low, high = BOUNDS[what]
+        if what == "mass" and tuning is not None:
+            high = min(high, _heaviest(tuning))
+        value = np.asarray(ratio)
+        none = (value == 0.0) & (what != "mass")
+        found = found | ~((low <= value) & (value <= high) | none)
+    return found
 
 
 def _heaviest(tuning: Tuning) -> float:
@@ -259,17 +268,19 @@ def absorber_part_problems(case: Case) -> list[Problem]:
     if machine.primary is None:
         return []
     problems = [*_gap(case), *_oil(case), *_stock_names(case)]
-    built = single_absorber(machine) if not problems else None
+    made = [part for part in ("ring", "springs", "oil") if getattr(machine, part) is not None]
+    built = single_absorber(machine) if made and not problems else None
     if built is None:
         return problems
-    for what, value, part in (
-        ("mass", built.mass_ratio, "ring"),
-        ("stiffness", built.stiffness_ratio, "springs"),
-        ("damping", built.secondary_damping, "oil"),
-    ):
-        number = float(value)  # type: ignore[arg-type]
-        if getattr(machine, part) is not None and number == number:
-            problems += within((*MACHINE, part), what, number)
+    given: dict[str, tuple[str, Any]] = {
+        "ring": ("mass", built.mass_ratio),
+        "springs": ("stiffness", built.stiffness_ratio),
+        "oil": ("damping", built.secondary_damping),
+    }
+    for part in made:
+        what, value = given[part]
+        if float(value) == float(value):
+            problems += within((*MACHINE, part), what, float(value))
     return problems
 
 

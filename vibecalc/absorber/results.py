@@ -447,6 +447,8 @@ NAMES = {
     "ratio": ("primary_damping", "mass_ratio"),
     "toleranced": ("natural_frequency", "mass", "stiffness", "damping"),
 }
+#: the largest response and the maxima of its curves, of which a search sees each
+MAXIMA = {f"{RESPONSE_ROOT}/largest": f"{RESPONSE_ROOT}/peak/magnitude"}
 ENTRIES = (
     *entries_of(Tuning, Active, EachTuned),
     *_OTHERS,

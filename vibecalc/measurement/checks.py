@@ -16,7 +16,7 @@ def measurement_problems(case: Case) -> list[Problem]:
     if table is None:
         return list(_nothing_read(case))
     problems = [*_forms(table), *_scan(table)]
-    problems = problems or [*_references(table), *_steps(table)]
+    problems = problems or [*_references(table), *_steps(table), *_mismatched(table)]
     if problems:
         return problems
     # loads what solves the motion
@@ -80,6 +80,37 @@ def _steps(table: Measurement) -> Iterator[Problem]:
                 message=f"[measurement] does not say the {key.replace('_', ' ')}: how far is a "
                 "reading off?",
                 allowed=f'{key} = "{example}", the last digit that was read',
+            )
+
+
+def _mismatched(table: Measurement) -> Iterator[Problem]:
+    """Differences of accelerometers that are not alike, without what both of them read."""
+    if not table.has_mismatch:
+        return
+    key = "sensitivity_mismatch" if table.sensitivity_mismatch else "phase_mismatch"
+    if not any(one.between for one in table.readings):
+        yield Problem(
+            path=(*TABLE, key),
+            message="a mismatch is one of the two accelerometers of a difference, and none is read",
+            allowed="readings with between = [...]",
+        )
+    read = {(order, one.at) for one in table.readings for order in one.orders or table.orders}
+    read |= {(order, one.at) for one in table.spectrum for order in table.orders}
+    for place, one in enumerate(table.readings):
+        missing = [
+            (order, at)
+            for order in one.orders or table.orders
+            for at in one.between or ()
+            if (order, at) not in read
+        ]
+        if missing:
+            order, at = missing[0]
+            yield Problem(
+                path=(*TABLE, "readings", place, "between"),
+                message=f"the {key.replace('_', ' ')} of two accelerometers acts by the motion of "
+                "both positions",
+                found=f"no reading at {at!r} of harmonic {order}",
+                allowed='a reading at either position, for which use = "compare" is enough',
             )
 
 

@@ -1,6 +1,6 @@
 """Which of the motions that levels allow is the right one: uncertainty of each, what decides."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -12,7 +12,6 @@ from vibecalc.measurement.second_moments import (
     ends,
     least_determined,
     moment_rows,
-    quadratic_rows,
     symmetric,
 )
 from vibecalc.numerics.level import DECIBEL
@@ -23,16 +22,21 @@ from vibecalc.numerics.rounding import ComplexArray, FloatArray
 #
 # Levels within their half widths are linear bounds on the second moments G of a motion, and G is
 # positive semidefinite. Both together are a convex set that holds every motion that the readings
-# allow (and, between motions, mixtures of them). The largest and the least c' G c over it are found
-# by cutting planes: G is semidefinite if z' G z >= 0 for all z, and a few z are enough. Each linear
-# program on the way has too large a set, so that its extremes are bounds wherever the search stops.
+# allow (and, between motions, mixtures of them). The largest and the least c' G c over it, for all
+# places at once, are the ends of paths of centres: with the weight w of a logarithmic barrier and n
+# conditions, next to a centre a dual point proves that no G has less than the value there less
+# 2 n w (Boyd and Vandenberghe, Convex Optimization, 2004, ch. 11). Steps of Newton's method, those
+# far from a centre divided by one and their length in the metric of the barrier, never leave the
+# set and always end there (Nesterov and Nemirovskii, Interior-Point Polynomial Algorithms in Convex
+# Programming, 1994, ch. 2).
 # ----------------------------------------------------------------------------
 
-_CUTS = 40
-#: lowest eigenvalue over the largest, at which G counts as semidefinite
-_SEMIDEFINITE = 1e-7
-#: absolute error granted to a linear program whose numbers are of size one
-_PROGRAM = 1e-7
+#: relative width granted to levels, so that those which are met exactly leave a set with an inside
+_WIDTH = 1e-7
+#: weights of the barrier, in turn; the last leaves some 1e-8 of the loudest reading's square
+_WEIGHTS = 0.1 ** np.arange(10.0)
+#: Newton steps to one centre at most; as short as this they are next to it
+_STEPS, _NEXT = 200, 0.25
 
 
 class Extremes(NamedTuple):
@@ -50,45 +54,68 @@ def extremes(
     Rows (r, 3) and targets (m, 3) are scaled to one unit. None if no motion is within all half
     widths.
     """
-    from scipy.optimize import linprog
-
     size = float(np.max(amplitudes))
     left = moment_rows(rows) * (size / amplitudes[:, None]) ** 2
     share = np.exp(2.0 * half_widths / DECIBEL)
-    upper, lower = share * (1.0 + _PROGRAM), (1.0 - _PROGRAM) / share
-    # what the levels do not tell is bounded by these two directions of it alone
-    across = np.linalg.eigh(symmetric(np.linalg.svd(quadratic_rows(rows))[2][-1]))[1]
-    cuts = [*moment_rows(across.T), *moment_rows(targets[np.any(targets != 0.0, axis=1)])]
-    low, high = np.zeros(len(targets)), np.full(len(targets), np.inf)
-    for place, target in enumerate(targets):
-        length = float(np.linalg.norm(target))
-        if length == 0.0:
-            high[place] = 0.0
-            continue
-        aim = moment_rows(target / length)
-        for side in (1.0, -1.0):
-            value = np.nan
-            for _ in range(_CUTS):
-                end = linprog(
-                    side * aim,
-                    A_ub=np.vstack([left, -left, -np.array(cuts)]),
-                    b_ub=np.concatenate([upper, -lower, np.zeros(len(cuts))]),
-                    bounds=(None, None),
-                )
-                if end.status == 2:
-                    return None
-                if end.status != 0:
-                    break
-                value = float(aim @ end.x)
-                values, vectors = np.linalg.eigh(symmetric(end.x))
-                if values[0] >= -_SEMIDEFINITE * values[-1]:
-                    break
-                cuts.append(moment_rows(vectors[:, 0]))
-            if np.isfinite(value):
-                margin = value - side * 10.0 * _PROGRAM
-                amplitude = size * length * max(margin, 0.0) ** 0.5
-                (low if side > 0.0 else high)[place] = amplitude
-    return Extremes(low, high)
+    slope = np.concatenate([-left, left])
+    offset = np.concatenate([share * (1.0 + _WIDTH), -(1.0 - _WIDTH) / share])
+    inside = _inside(slope, offset)
+    if inside is None:
+        return None
+    length = np.linalg.norm(targets, axis=1)
+    aim = moment_rows(targets / np.where(length > 0.0, length, 1.0)[:, None])
+    start = np.broadcast_to(inside, (2 * len(aim), len(inside)))
+    *_, (place, beyond) = _centres(np.concatenate([aim, -aim]), slope, offset, start)
+    values = np.sum(np.concatenate([aim, aim]) * place, axis=1)
+    least = np.maximum(values[: len(aim)] - beyond[: len(aim)], 0.0)
+    most = values[len(aim) :] + beyond[len(aim) :]
+    return Extremes(*(size * length * np.sqrt(square) for square in (least, most)))
+
+
+def _inside(slope: FloatArray, offset: FloatArray) -> FloatArray | None:
+    """Second moments (6,) of a matrix > 0 with slope (n, 6) G + offset (n,) > 0, None without.
+
+    All of these conditions are loosened by one number, which is made small.
+    """
+    even = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    even = even / np.max(slope @ even)
+    loose = 1.0 - np.min(slope @ even + offset)
+    more = np.column_stack([slope, np.ones(len(slope))])
+    start = np.append(even, loose)[None]
+    for place, _ in _centres(np.eye(7)[6:], more, offset, start):
+        if place[0, 6] < 0.0:
+            return np.asarray(place[0, :6])
+    return None
+
+
+def _centres(
+    aim: FloatArray, slope: FloatArray, offset: FloatArray, start: FloatArray
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Centres x (k, n) ever nearer to the least of `aim` (k, n) x, and how far above it (k,).
+
+    Of slope (m, n) x + offset (m,) > 0 where the first six unknowns are moments of a matrix > 0;
+    `start` (k, n) is such a place. The distance is infinite where Newton's method has not ended.
+    """
+    place, basis = start, symmetric(np.eye(6))
+    for weight in _WEIGHTS:
+        for _ in range(_STEPS):
+            pull = slope / (place @ slope.T + offset)[..., None]
+            half = np.linalg.inv(np.linalg.cholesky(symmetric(place[:, :6])))[:, None]
+            bent = half @ basis @ half.swapaxes(2, 3)
+            gradient = aim / weight - np.sum(pull, axis=1)
+            gradient[:, :6] -= np.trace(bent, axis1=2, axis2=3)
+            table = np.zeros((len(place), 9, place.shape[1]))
+            table[..., :6] = bent.reshape(-1, 6, 9).swapaxes(1, 2)
+            # of the curvature, whose own numbers would be twice as far apart, the root
+            root = np.linalg.qr(np.concatenate([pull, table], axis=1), mode="r")
+            across = np.linalg.solve(root.swapaxes(1, 2), -gradient[..., None])
+            length = np.linalg.norm(across, axis=(1, 2))
+            there = length <= _NEXT
+            step = np.linalg.solve(root, across)[..., 0]
+            place = place + step / np.where(there, 1.0, 1.0 + length)[:, None]
+            if there.all():
+                break
+        yield place, np.where(there, 2.0 * (3 + len(offset)) * weight, np.inf)
 
 
 # ----------------------------------------------------------------------------

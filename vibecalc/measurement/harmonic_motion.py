@@ -30,7 +30,7 @@ _IN_LINE = 3e-7
 _ROUNDINGS = 8.0
 #: of a linear problem
 _LINEAR = 4.0
-#: relative error of bounds that linear programs may have found
+#: relative error of bounds from paths of centres
 OF_BOUNDS = 1e-5
 
 

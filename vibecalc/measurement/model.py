@@ -128,7 +128,10 @@ def reference_row(table: Measurement) -> FloatArray:
 
 
 class _Shown(NamedTuple):
-    """What one instrument shows: numbers of each of some orders, of levels or amplitudes."""
+    """What one instrument shows: numbers of each of some orders, of levels or amplitudes.
+
+    `positions` are that of an accelerometer, the two of a difference, or none.
+    """
 
     name: str
     row: FloatArray
@@ -138,6 +141,7 @@ class _Shown(NamedTuple):
     level: Sequence[float]
     amplitude: Sequence[float]
     phase: Sequence[float]
+    positions: tuple[str, ...] = ()
 
 
 def _shown(table: Measurement) -> Iterator[_Shown]:
@@ -154,9 +158,9 @@ def _shown(table: Measurement) -> Iterator[_Shown]:
             name, row = f"about {reading.about}", rotation_row(_AXES[reading.about or "x"])
         amplitude = reading.angular_amplitude if angular else reading.amplitude
         orders = reading.orders or table.orders
-        yield _Shown(
-            name, row, reading.use, angular, orders, reading.level, amplitude, reading.phase
-        )
+        positions = reading.between or (() if reading.at is None else (reading.at,))
+        numbers = (reading.level, amplitude, reading.phase)
+        yield _Shown(name, row, reading.use, angular, orders, *numbers, positions)
     for place, order in enumerate(() if scan is None else scan.order):
         assert scan is not None
         one = slice(place, place + 1)
@@ -168,25 +172,38 @@ def _shown(table: Measurement) -> Iterator[_Shown]:
         assert found is not None  # put there when the file was read
         row, at = point_row(*known[spectrum.at]), spectrum.at
         numbers = ((), found.amplitude, found.phase)
-        yield _Shown(at, row, spectrum.use, False, table.orders, *numbers)
+        yield _Shown(at, row, spectrum.use, False, table.orders, *numbers, (at,))
+
+
+def _size(one: _Shown, place: int, table: Measurement) -> float:
+    """The amplitude of a reading, 0-to-peak."""
+    if one.level:
+        return float(amplitude_of(one.level[place], references(table)[int(one.angular)]))
+    return (math.sqrt(2.0) if table.amplitude == "rms" else 1.0) * one.amplitude[place]
 
 
 def _stated(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
     """What they read of each order."""
     peak = math.sqrt(2.0) if table.amplitude == "rms" else 1.0
+    shown = tuple(_shown(table))
+    at_ends = {
+        (order, one.positions[0]): _size(one, place, table)
+        for one in shown
+        if len(one.positions) == 1
+        for place, order in enumerate(one.orders)
+    }
     turn = _off(table.phase_step or 0.0, table.phase_uncertainty)
-    for one in _shown(table):
+    for one in shown:
         reference = references(table)[int(one.angular)]
         step = (table.angular_step if one.angular else table.amplitude_step) or 0.0
         nearby = table.angular_uncertainty if one.angular else table.amplitude_uncertainty
         for place, order in enumerate(one.orders):
+            size = _size(one, place, table)
             if one.level:
-                size = float(amplitude_of(one.level[place], reference))
                 half, deviation = _off(table.level_step, table.level_uncertainty)
                 # in the unit of the amplitude, and in dB
                 unit, decibel = size / DECIBEL, 1.0
             else:
-                size = peak * one.amplitude[place]
                 half, deviation = _off(peak * step, peak * nearby)
                 # an amplitude of zero has no level
                 unit, decibel = 1.0, DECIBEL / size if size > 0.0 else 0.0
@@ -196,6 +213,14 @@ def _stated(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
             if phase is not None:
                 # a phase of nothing says nothing: what is not there is not there in any direction
                 across = (size * turn[0], size * turn[1]) if size > 0.0 else (half, deviation)
+            if len(one.positions) == 2 and table.has_mismatch:
+                more = mismatch(
+                    size, *(at_ends[order, at] for at in one.positions),
+                    table.sensitivity_mismatch, table.phase_mismatch,
+                )  # fmt: skip
+                along = more.along * (DECIBEL / size if phase is None else 1.0)
+                half, deviation = _with((half, deviation), along)
+                across = across if phase is None else _with(across, more.across)
             yield (
                 order,
                 InstrumentReading(
@@ -243,6 +268,40 @@ def recorded(table: Measurement, alone: bool) -> Iterator[tuple[int, InstrumentR
                     (COVERAGE * across, across),
                 ),
             )
+
+
+class Mismatch(NamedTuple):
+    """Standard uncertainty of a difference along its phasor and across it, in its own unit."""
+
+    along: float
+    across: float
+
+
+def mismatch(
+    difference: float, first: float, second: float, sensitivity: float, phase: float
+) -> Mismatch:
+    """What two accelerometers that are not alike make of their difference, of these amplitudes.
+
+    With the relative mismatch d = sensitivity + i phase it is off by d m, m the mean of both
+    signals a and b. From the three amplitudes alone the parallelogram of a and b has its other
+    diagonal, 4 |m|^2 = 2 |a|^2 + 2 |b|^2 - |b - a|^2, and the angle of both, whose cosine is
+    (|b|^2 - |a|^2) / (2 |m| |b - a|).
+    """
+    mean = 0.5 * math.sqrt(max(2.0 * (first**2 + second**2) - difference**2, 0.0))
+    if not mean * difference > 0.0:
+        either = mean * math.hypot(sensitivity, phase)
+        return Mismatch(either, either)
+    cosine = min(abs(second**2 - first**2) / (2.0 * mean * difference), 1.0)
+    sine = math.sqrt(1.0 - cosine**2)
+    return Mismatch(
+        mean * math.hypot(sensitivity * cosine, phase * sine),
+        mean * math.hypot(sensitivity * sine, phase * cosine),
+    )
+
+
+def _with(off: tuple[float, float], more: float) -> tuple[float, float]:
+    """How far a reading may be off, and its standard uncertainty, with another one."""
+    return off[0] + COVERAGE * more, math.hypot(off[1], more)
 
 
 def _off(step: float, uncertainty: float) -> tuple[float, float]:

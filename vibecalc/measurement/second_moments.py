@@ -65,31 +65,28 @@ def least_determined(rows: FloatArray, amplitudes: FloatArray) -> Line:
 
 
 def symmetric(entries: FloatArray) -> FloatArray:
-    """The matrix (3, 3) of six entries."""
-    matrix = np.empty((3, 3))
-    matrix[_I, _J] = entries
-    matrix[_J, _I] = entries
+    """The matrices (..., 3, 3) of six entries (..., 6)."""
+    matrix = np.empty((*entries.shape[:-1], 3, 3))
+    matrix[..., _I, _J] = entries
+    matrix[..., _J, _I] = entries
     return matrix
 
 
 # ----------------------------------------------------------------------------
 # The two motions of a line of second moments: where it enters and leaves the semidefinite ones.
 #
-# Between the ends of G_0 + t N all eigenvalues are positive, so that all roots of its determinant,
-# a cubic in t, are real, and the ends are neighbours among them: the upper two where N has two
-# positive eigenvalues, the lower two where it has one. The lowest eigenvalue is a concave function
-# of t with the slope v' N v of its vector v. Newton's method on it mends the last digits of the
-# roots; where these cannot be trusted, halving finds its maximum, and Brent's method the ends.
+# The lowest eigenvalue of G_0 + t N is a concave function of t with the slope v' N v of its vector
+# v. Newton's method from surely outside stays outside, since a tangent of a concave function lies
+# above it, and comes to the ends from both sides. Where it passes the highest place there are no
+# ends: halving then finds that place, the nearest approach.
 # ----------------------------------------------------------------------------
 
-#: lowest eigenvalues, over the size of the matrix, that are nothing but rounding, well or badly met
-_ZERO, _COARSE = 4.0 * UNIT_ROUNDOFF, 64.0 * UNIT_ROUNDOFF
-#: steps over the distance of both ends: below this the roots were good, beyond it ends meet
-_CLOSE, _FAR = 1e-6, 1e-2
-_POLISH = 8
-#: distance of two places, of a matrix of size one, that makes none; relative error of a root
+#: lowest eigenvalue, over the largest, that is nothing but rounding
+_ZERO = 4.0 * UNIT_ROUNDOFF
+#: steps at most; where both ends meet each one halves the distance only
+_MOST = 100
+#: distance of two places, of a matrix of size one, that makes none
 _STILL = 0.25 * UNIT_ROUNDOFF
-_ROOT = 4.0 * float(np.finfo(float).eps)
 
 
 class _Lowest(NamedTuple):
@@ -110,71 +107,27 @@ def ends(line: Line) -> list[ComplexArray]:
     if not size > 0.0:
         return [np.zeros(3, dtype=complex)]
     unit = Line(line.origin / size, line.direction / float(np.linalg.norm(line.direction)))
-    found = _by_roots(unit) or _by_search(unit)
-    return [math.sqrt(size) * motion for motion in found]
-
-
-def _by_roots(line: Line) -> list[ComplexArray] | None:
-    """From the roots of the determinant; None where the ends meet, or where the line misses."""
-    at = _root_pair(line)
-    if at is None:
-        return None
-    for _ in range(_POLISH):
-        lowest = _lowest(line, at)
+    at = np.array(_bracket(unit))
+    for _ in range(_MOST):
+        lowest = _lowest(unit, at)
         if not (lowest.slope[0] > 0.0 > lowest.slope[1]):
-            return None
-        step = -lowest.values[:, 0] / lowest.slope
-        off, gap = float(np.max(np.abs(step))), float(at[1] - at[0])
-        small = np.max(np.abs(lowest.values[:, 0] / lowest.values[:, 2]))
-        if off > _FAR * gap:
-            return None
-        if small <= _ZERO:
+            return [math.sqrt(size) * _factor(_highest(unit))]
+        if np.all(np.abs(lowest.values[:, 0]) <= _ZERO * lowest.values[:, 2]):
             break
-        at = at + step
-    # else rounding no longer shrinks
-    if small <= _ZERO or (off <= _CLOSE * gap and small <= _COARSE):
-        return [_factor(lowest, place) for place in range(2)]
-    return None
+        at = at - lowest.values[:, 0] / lowest.slope
+    return [math.sqrt(size) * _factor(lowest, place) for place in range(2)]
 
 
-def _root_pair(line: Line) -> FloatArray | None:
-    """The two of the three roots of det(G_0 + t N) between which the matrix can be positive.
-
-    None where not all are real, or too large to be distinguished from infinite ones.
-    """
-    from scipy.linalg import eigvals
-
-    roots = -eigvals(line.origin, line.direction)
+def _highest(line: Line) -> _Lowest:
+    """The place where the lowest eigenvalue is largest, by halving: its slope falls."""
     low, high = _bracket(line)
-    within = (roots.imag == 0.0) & (roots.real >= low) & (roots.real <= high)
-    finite = np.sort(roots.real[within])
-    if finite.size < 2:
-        return None
-    # the cubic is positive between the upper two of three where it falls at last
-    last = finite.size == 3 and np.linalg.det(line.direction) < 0.0
-    return finite[1:] if last else finite[:2]
-
-
-def _by_search(line: Line) -> list[ComplexArray]:
-    """From the largest lowest eigenvalue outwards, where that is positive."""
-    from scipy.optimize import brentq
-
-    def value(place: float) -> float:
-        return float(_lowest(line, np.asarray(place)).values[0])
-
-    outside = _bracket(line)
-    low, high = outside
     peak = _lowest(line, np.asarray(low))
     while high - low > _STILL and low < (middle := 0.5 * (low + high)) < high:
         lowest = _lowest(line, np.asarray(middle))
         if lowest.values[0] > peak.values[0]:
             peak = lowest
-        # the slope of a concave function falls
         low, high = (middle, high) if lowest.slope > 0.0 else (low, middle)
-    if not peak.values[0] > 0.0:
-        return [_factor(peak)]
-    roots = (brentq(value, end, float(peak.place), xtol=1e-300, rtol=_ROOT) for end in outside)
-    return [_factor(_lowest(line, np.asarray(root))) for root in roots]
+    return peak
 
 
 def _bracket(line: Line) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from vibecalc.core.case.fields import (
     Frequency,
     Level,
     Name,
+    Number,
     Table,
     Unit,
     Whole,
@@ -133,6 +134,16 @@ class Measurement(Table):
     )
     phase_step: Angle | None = key("resolution of phases", None, gt=0)
     phase_uncertainty: Angle = key("further standard uncertainty of phases", 0.0, ge=0, le=math.pi)
+    sensitivity_mismatch: Number = key(
+        "standard uncertainty (share) of the sensitivity ratio of the two accelerometers of a "
+        "difference",
+        0.0,
+        ge=0,
+        le=1,
+    )
+    phase_mismatch: Angle = key(
+        "standard uncertainty of the phase between these two", 0.0, ge=0, le=math.pi
+    )
     orders: tuple[Order, ...] = key("measured harmonics", min_length=1, max_length=64)
     base_frequency: Frequency | None = key(
         "frequency of order 1, if the case has no machine speed", None, gt=0
@@ -167,6 +178,11 @@ class Measurement(Table):
             also=("machine", "speed"),
         ),
     )
+
+    @property
+    def has_mismatch(self) -> bool:
+        """Whether the two accelerometers of a difference may not be alike."""
+        return self.sensitivity_mismatch > 0.0 or self.phase_mismatch > 0.0
 
     @property
     def channel_names(self) -> tuple[str, ...]:

@@ -156,10 +156,12 @@ def poles_of_modes(line: Line, modes: Modes, line_at: Callable[[FloatArray], Lin
             "a mode is damped so strongly that it does not vibrate any more: no pole belongs to it"
         )
     # to each mode the pole whose shape has most of it, of close ones the next by size
-    weight = np.abs((modes.shape[moving] * line.inertia) @ found.shape)
+    # parts apart: numpy would make the real factor complex
+    lever = modes.shape[moving] * line.inertia
+    weight = np.hypot(lever @ found.shape.real, lever @ found.shape.imag)
     weight /= np.sqrt(modes.modal_inertia[moving])[:, None]
-    pole = np.full(len(moving), -1)
-    for _ in moving:
+    pole = np.argmax(weight, axis=1)
+    for _ in moving if np.any(np.bincount(pole) > 1) else ():
         row, column = np.unravel_index(np.argmax(weight), weight.shape)
         pole[row] = column
         weight[row], weight[:, column] = -1.0, -1.0

@@ -32,7 +32,7 @@ LONGEST = 8192
 
 #: the same of a network, that is solved several times, frequencies of a block of it at least, and
 #: entries of the matrices of dense solves
-NETWORK, LEAST, ENTRIES = 1 << 15, 64, 1 << 17
+NETWORK, LEAST, ENTRIES = 1 << 17, 64, 1 << 17
 
 #: places along each axis at which the size of a torque is examined
 SAMPLES = 16

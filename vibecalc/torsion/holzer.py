@@ -11,6 +11,7 @@ from vibecalc.torsion.damped_modes import LineModes
 from vibecalc.torsion.line import (
     Line,
     connected_parts,
+    lines_of,
     network_matrix,
     walk,
 )
@@ -23,7 +24,7 @@ from vibecalc.torsion.modes import Modes
 
 class HolzerRows(NamedTuple):
     """Order of the n rows of a table: `freedom` (n,) of the line, `below` (n,) the row that each
-    one's shaft leads to (-1 for the last), `stiffness` (n - 1,) of that shaft in N m/rad.
+    one's shaft leads to (-1 for the last), `stiffness` (..., n - 1) of that shaft in N m/rad.
 
     From the first end along the main row; before the row of a junction stand those of the
     branches on it, each from its own end on. In a plain row `below` is always the next row.
@@ -50,9 +51,13 @@ class HolzerTable(NamedTuple):
 def holzer_rows(line: Line) -> HolzerRows:
     """Rows of the part with most stations, from its end nearest to the first station.
 
-    The main row leads to the end that is farthest from it. Parallel shafts count as one. Raises
-    `NumericalFailure` for closed loops and for a part without any inertia.
+    The main row leads to the end that is farthest from it. Parallel shafts count as one. The line
+    may have one leading axis of its stiffness. Raises `NumericalFailure` for closed loops and for a
+    part without any inertia.
     """
+    if line.stiffness.ndim > 1:
+        each = [holzer_rows(one) for one in lines_of(line)]
+        return each[0]._replace(stiffness=np.stack([one.stiffness for one in each]))
     part = max(connected_parts(line), key=lambda one: len(one.spring))
     if not part.is_tree:
         raise NumericalFailure("a Holzer table is of a line without closed loops of shafts")
@@ -87,6 +92,8 @@ def holzer_rows(line: Line) -> HolzerRows:
 def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
     """The table at frequencies (...) in rad/s; a branch takes the angle of the junction it is on.
 
+    The line may have the frequencies as a leading axis of its stiffness.
+
     Far from a natural frequency of a long row the angles grow from station to station; this is a
     table to be read, frequencies are found by counting (`count.py`). Raises `NumericalFailure` as
     `holzer_rows`, for angles beyond the range of numbers, and where a junction that a branch hangs
@@ -103,7 +110,7 @@ def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
         for i in range(count):
             branch.append([i])
             for place, j in enumerate(above[i]):
-                twist = total[..., j] / rows.stiffness[j]
+                twist = total[..., j] / rows.stiffness[..., j]
                 reached = angle[..., j] - twist
                 if place == 0:
                     angle[..., i] = reached

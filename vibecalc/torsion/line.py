@@ -116,6 +116,17 @@ def loss_stiffness(line: Line, frequency: FloatArray) -> FloatArray:
     return np.asarray(loss + frequency[..., None] * line.damping)
 
 
+def hand_over(load: Values, line: Line, torque: Values) -> None:
+    """Take torques (e, ...) of the elements off what acts on their first freedoms, in place, and
+    add them to what acts on the second ones; `load` is (n, ...).
+
+    Many times as fast as numpy's `add.at`.
+    """
+    for first, second, one in zip(line.first.tolist(), line.second.tolist(), torque, strict=True):
+        load[first] -= one
+        load[second] += one
+
+
 def damped_elements(line: Line) -> IntArray:
     """Places (k,) of elements whose torque is not in phase with their twist at every order."""
     return np.flatnonzero((line.damping != 0.0) | (line.loss_factor != 0.0))

@@ -3,8 +3,10 @@
 import ctypes
 from collections.abc import Callable
 from functools import cache
+from importlib.machinery import PathFinder
+from importlib.util import module_from_spec
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -233,19 +235,24 @@ def _finished(
 #
 # `numpy.linalg.svd` ends in the same routine, after a reduction of the full matrix that costs three
 # times as much and changes nothing in a bidiagonal one. scipy offers the routine to Cython; its
-# capsules can be called as they are.
+# capsules can be called as they are. That one module is loaded from its folder, as importing all of
+# `scipy.linalg` takes longer than the modes of 500 stations.
 # ----------------------------------------------------------------------------
 
-#: from this size on the saving is worth the import of scipy
+#: from this size on the saving is worth loading it
 WORTH_WHILE = 64
 
 
 @cache
 def _dlasq1() -> Callable[..., None]:
     """dlasq1(n, diagonal, above, work, info), all by reference, of scipy's LAPACK."""
-    from scipy.linalg import cython_lapack
+    import scipy
 
-    capsule = cython_lapack.__pyx_capi__["dlasq1"]
+    found = PathFinder.find_spec("cython_lapack", [f"{one}/linalg" for one in scipy.__path__])
+    assert found is not None and found.loader is not None, "scipy has no module for Cython"
+    module: Any = module_from_spec(found)
+    found.loader.exec_module(module)
+    capsule = module.__pyx_capi__["dlasq1"]
     name = ctypes.pythonapi.PyCapsule_GetName
     name.restype, name.argtypes = ctypes.c_char_p, [ctypes.py_object]
     pointer = ctypes.pythonapi.PyCapsule_GetPointer

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.elimination import ROUNDINGS, LineSolution
-from vibecalc.torsion.line import Line, complex_stiffness
+from vibecalc.torsion.line import Line, complex_stiffness, hand_over
 
 #: of each step the reciprocal of its sum, and the share of the sum that each neighbour has
 Factors: TypeAlias = list[tuple[ComplexArray, list[ComplexArray]]]
@@ -69,17 +69,28 @@ class Network:
 
     def solved(self, factors: Factors, load: ComplexArray) -> ComplexArray:
         """Angles (n, ...) under torques (n, ...)."""
-        t: list[ComplexArray] = list(load)
+        angle = load.copy()
+        # one piece of memory for all products
+        t, product, multiply = list(angle), np.empty(load.shape[1:], np.complex128), np.multiply
         for (i, around, _), (_, share) in zip(self.steps, factors, strict=True):
             for (j, _), part in zip(around, share, strict=True):
-                t[j] = t[j] + part * t[i]
+                t[j] += multiply(part, t[i], product)
         for (i, around, _), (inverse, share) in zip(
             reversed(self.steps), reversed(factors), strict=True
         ):
-            t[i] = t[i] * inverse
+            here = t[i]
+            here *= inverse
             for (j, _), part in zip(around, share, strict=True):
-                t[i] = t[i] + part * t[j]
-        return np.array(t)
+                here += multiply(part, t[j], product)
+        return angle
+
+
+def lost_digits(factors: Factors) -> bool:
+    """Whether some sum of edges is nearly zero next to them, or is zero."""
+    shares = [one for _, share in factors for one in share]
+    if not np.all(np.isfinite([inverse for inverse, _ in factors])):
+        return True
+    return bool(shares) and not np.all(np.abs(shares) <= 1.0 / LEAST)
 
 
 def network_of(line: Line) -> Network:
@@ -152,39 +163,47 @@ def network_solution(
     for i, one in enumerate(torque):
         if one is not None:
             load[i] = one
-    factors = network.factorised(list(ground.astype(np.complex128)), element, LEAST)
+    by_freedom = list(ground.astype(np.complex128))
+    factors = network.factorised(by_freedom, element)
+    if lost_digits(factors):
+        factors = network.factorised(by_freedom, element, LEAST)
+    angle[...] = 0.0
     change, left, error = angle, load, np.zeros((copies, count))
+    # torques that elements pull with, and that the freedoms themselves take
+    carried, held = np.zeros((len(first), copies, count), np.complex128), angle
 
     def spread(at_freedom: ComplexArray, in_element: ComplexArray) -> ComplexArray:
         """Torques on all freedoms from those on each and those that elements pull with."""
         whole = at_freedom.copy()
-        np.subtract.at(whole, first, in_element)
-        np.add.at(whole, second, in_element)
+        hand_over(whole, line, in_element)
         return whole
 
     def corrected(beside: ComplexArray) -> ComplexArray:
         """Correct the angles, and solve for torques `beside` what is left (n, r, f)."""
-        nonlocal change, left
-        carried = element[:, None] * (angle[first] - angle[second])
-        left = spread(load - ground[:, None] * angle, carried)
+        nonlocal change, left, carried, held
+        left = spread(load - held, carried)
         both = network.solved(factors, np.concatenate([left, beside], axis=1))
         change, answer = both[:, :copies], both[:, copies:]
         np.add(angle, change, out=angle)
+        carried = element[:, None] * (angle[first] - angle[second])
+        held = ground[:, None] * angle
         return answer
 
-    angle[...] = 0.0
     # in phases of no symmetry, so that no mode is left out
     column = np.broadcast_to(np.exp(1j * np.arange(n))[:, None, None] / n, angle.shape)
-    for _ in range(COLUMNS):
+    for number in range(COLUMNS):
         answer = corrected(column)
-        rounded = 4.0 * EPSILON * np.abs(element[:, None] * (angle[first] - angle[second]))
-        summed = 2.0 * EPSILON * (np.abs(ground[:, None] * angle) + np.abs(load))
-        np.add.at(summed, first, 0.5 * rounded)
-        np.add.at(summed, second, 0.5 * rounded)
+        rounded = 4.0 * EPSILON * np.abs(carried)
+        summed = 2.0 * EPSILON * (np.abs(held) + np.abs(load))
+        for a, b, one in zip(first.tolist(), second.tolist(), 0.5 * rounded, strict=True):
+            summed[a] += one
+            summed[b] += one
         twist = answer[first] - answer[second]
         moved, twisted = np.abs(answer), np.abs(twist)
         total = np.sum(summed * moved, axis=0) + np.sum(rounded * twisted, axis=0)
         error = np.fmax(error, total)
+        if number + 1 == COLUMNS:
+            break
         # a torque of each size in the phase that turns this column on most
         summed /= np.where(moved > 0.0, moved, np.inf)
         rounded /= np.where(twisted > 0.0, twisted, np.inf)

@@ -193,10 +193,20 @@ def both(names: Collection[str], word: str = "and") -> str:
 
 
 def _says(model: type[Table], *keys: str) -> Schema:
-    """As `Row.said`: these keys are there, and not at their defaults."""
+    """As `Row.said`: one of these keys is there, and not at its default."""
+    alone = len(keys) == 1 and _default(model, keys[0]) is None
+    return {"required": [*keys]} if alone else {"not": _silent(model, *keys)}
+
+
+def _silent(model: type[Table], *keys: str) -> Schema:
+    """That these keys are not there, or at their defaults."""
     defaults = {key: _default(model, key) for key in keys}
-    others = {key: {"not": {"const": one}} for key, one in defaults.items() if one is not None}
-    return {"required": list(keys)} | ({"properties": others} if others else {})
+    return {
+        "properties": {
+            key: False if default is None else {"const": default}
+            for key, default in defaults.items()
+        }
+    }
 
 
 class OneOf:
@@ -232,15 +242,14 @@ class OneOf:
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
-        clashes = [
-            _says(model, one, other)
+        schemas = [
+            {"if": _says(model, one), "then": _silent(model, other)}
             for first, second in combinations(self.alternatives, 2)
             for one in first
             for other in second
             if not _default(model, one) and not _default(model, other)
         ]
         every = [{"required": [key]} for alternative in self.alternatives for key in alternative]
-        schemas: list[Schema] = [{"not": {"anyOf": clashes}}] if clashes else []
         return [*schemas, {"anyOf": every}] if self.needed is True else schemas
 
 
@@ -357,16 +366,14 @@ class ByKind:
 
         def of(*kinds: str, said: bool) -> Schema:
             required = {"required": [self.key]} if said and usual not in kinds else {}
-            return {"properties": {self.key: {"enum": [*kinds]}}, **required}
+            one_of_them = {"enum": [*kinds]} if len(kinds) > 1 else {"const": kinds[0]}
+            return {"properties": {self.key: one_of_them}, **required}
 
-        groups: dict[tuple[str, ...], list[Schema]] = {}
+        groups: dict[tuple[str, ...], list[str]] = {}
         for key in sorted(self._known()):
-            groups.setdefault(self._owners(key), []).append(_says(model, key))
+            groups.setdefault(self._owners(key), []).append(key)
         schemas: list[Schema] = [
-            {
-                "if": {"anyOf": keys} if len(keys) > 1 else keys[0],
-                "then": of(*owners, said=usual in self.kinds),
-            }
+            {"if": _says(model, *keys), "then": of(*owners, said=usual in self.kinds)}
             for owners, keys in groups.items()
             if len(owners) < len(self.kinds)
         ]

@@ -90,19 +90,15 @@ def with_names(shape: Shape | None, value: Any) -> Any:
     return value
 
 
-def words(shape: Shape, brief: bool = False) -> str:
-    """Say in a line what a place may hold: "a length > 0 m, e.g. '0.2 m' or '200 mm'".
-
-    In `brief` without the examples, and what the form of a schema says better.
-    """
+def words(shape: Shape) -> str:
+    """Say in a line what a place may hold: "a length > 0 m, e.g. '0.2 m' or '200 mm'"."""
     fewest, most = shape.lengths
     if shape.kind == "number":
         bounds = bound_words(shape)
         written = " or ".join(f"'{one}'" for one in examples_of(shape))
-        example = f", e.g. {written}" if shape.unit in DIMENSIONS and not brief else ""
+        example = f", e.g. {written}" if shape.unit in DIMENSIONS else ""
         three = ", or a list of three" if shape.or_three else ""
-        what = "a number" if brief and not shape.unit else noun(shape)
-        return f"{what} {bounds}".rstrip() + three + example
+        return f"{noun(shape)} {bounds}".rstrip() + three + example
     if shape.kind == "whole":
         return f"a whole number {bound_words(shape)}".strip()
     if shape.kind == "choice":
@@ -110,9 +106,7 @@ def words(shape: Shape, brief: bool = False) -> str:
         return f"one of {listed}" if len(shape.choices) > 1 else listed
     if shape.kind == "list":
         plain = shape.item and shape.item.kind != "table"
-        each = f"each {words(shape.item, brief)}" if shape.item and plain else ""
-        if brief and each and fewest != most:
-            return each
+        each = f"each {words(shape.item)}" if shape.item and plain else ""
         size = f"{fewest} or more" if most is None else f"{fewest} to {most}"
         size = f"a list of {fewest if fewest == most else size} entries"
         return ", ".join(filter(None, (size, each)))
@@ -124,8 +118,6 @@ def words(shape: Shape, brief: bool = False) -> str:
         return "true or false"
     if shape.kind == "labels":
         return "up to 8 names of axes, each with a number or text"
-    if brief:
-        return "a number, or a text with a unit"
     return "a finite number, or a text with a unit such as '100 N'"
 
 

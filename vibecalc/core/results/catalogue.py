@@ -55,6 +55,8 @@ TURNING = (
 )
 #: (curve over the speeds, "max" or "min") -> the largest, or least, of it at any speed
 EXTREMES: dict[tuple[str, str], str] = {}
+#: a largest value -> the maxima of which it is one, where it is no end of its curve
+MAXIMA: dict[str, str] = {}
 #: subject -> what judges its own limits, those of rules and makers: a function of a result
 JUDGES: dict[str, str] = {}
 for _subject in SUBJECTS:
@@ -66,6 +68,7 @@ for _subject in SUBJECTS:
         OWNER[_entry.path] = _subject
     HELPS |= getattr(_results, "HELPS", {})
     EXTREMES |= getattr(_results, "EXTREMES", {})
+    MAXIMA |= getattr(_results, "MAXIMA", {})
     JUDGES |= {_subject: _results.JUDGE} if hasattr(_results, "JUDGE") else {}
 #: path -> how it stands in the first table of a report, in the order of that table
 HEADLINES = {path: one.headline for path, one in CATALOGUE.items() if one.headline}

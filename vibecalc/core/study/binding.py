@@ -11,9 +11,9 @@ import numpy as np
 from vibecalc.core.case.raw import NOT_COMPUTED, field_unit, number_at, parse_key
 from vibecalc.core.case.study_tables import Objective, Variable
 from vibecalc.core.case.tables import Limit
-from vibecalc.core.results.catalogue import CATALOGUE, deciding
+from vibecalc.core.results.catalogue import CATALOGUE, MAXIMA, deciding
 from vibecalc.core.results.record import Record
-from vibecalc.core.results.select import Side, Where, parts_of, worst
+from vibecalc.core.results.select import Side, Where, numbers, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, checked_case, run_case
 from vibecalc.core.study.choices import choices_of, ends_of, in_words, ties_of
@@ -35,8 +35,12 @@ class Varied:
     """A case with some of its keys set to numbers between bounds.
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
-    leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others.
+    leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others. `picked`
+    are the places of options that are set besides, `scatter` the tolerances about each candidate.
     """
+
+    picked: tuple[int, ...] = ()
+    scatter: "Scatter | None" = None
 
     def __init__(
         self, loaded: "LoadedCase", moving: Sequence[Variable], cache: StageCache | None = None
@@ -73,6 +77,13 @@ class Varied:
         except CaseError as error:
             raise NumericalFailure(str(error.problems[0].message)) from error
 
+    def scattering(self, scatter: "Scatter", settings: Mapping[str, Any]) -> dict[str, float]:
+        """What the keys that scatter are in a candidate."""
+        return {
+            key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
+            for key in scatter.keys
+        }
+
     def results(
         self, variables: np.ndarray, wanted: frozenset[str], more: Mapping[str, Any] | None = None
     ) -> Record:
@@ -96,8 +107,6 @@ class Binding(Varied):
         super().__init__(loaded, study.moving)
         self.case, self.study, self.goal = loaded.case, study, study.objective
         self.choices = choices_of(study)
-        self.picked: tuple[int, ...] = ()
-        self.scatter: Scatter | None = None
         if study.robust is not None:
             from vibecalc.core.study.scatter import scatter_of
 
@@ -106,6 +115,7 @@ class Binding(Varied):
         self.shown: Callable[[float, bool], None] = lambda objective, keeps: None
         self._limited = frozenset(limit.quantity for limit, _ in self.held)
         self._foreseen = Foreseen()
+        self._maxima: dict[str, int] = {}
         self._others: dict[tuple[int, ...], Binding] = {}
 
     def with_picked(self, picked: tuple[int, ...]) -> "Binding":
@@ -126,7 +136,9 @@ class Binding(Varied):
         """What a search takes: of the objective, or of several `goals`."""
         evaluate = self.evaluate if goals is None else partial(self.evaluate_all, goals=goals)
         at = self.lower, self.upper, self.first, self.period
-        return Problem(evaluate, *at, partial(self.ahead, goals=goals))
+        every = goals or (self.goal,)
+        maxima = any(one.quantity in MAXIMA and worse_side(one) == "max" for one in every)
+        return Problem(evaluate, *at, partial(self.ahead, goals=goals), maxima)
 
     def evaluate(self, variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
         """The objective, as its parts (p,) to be made small, the margins of each limit, and the
@@ -165,8 +177,7 @@ class Binding(Varied):
         Does nothing where the stages of the case take no leading axis, and leaves out points that
         need a run of their own.
         """
-        if self.scatter is None:
-            self._foreseen.add(self, points, self._wanted(goals or (self.goal,)))
+        self._foreseen.add(self, points, self._wanted(goals or (self.goal,)))
 
     def machines_at(
         self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str]
@@ -177,12 +188,8 @@ class Binding(Varied):
         """
         from vibecalc.core.study.scatter import Machines, by_arrays
 
-        case, settings = self.case_at(variables), self.settings(variables)
-        varied = scatter.values({
-            key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
-            for key in scatter.keys
-        })  # fmt: skip
-        count = len(scatter.steps)
+        case, count = self.case_at(variables), len(scatter.steps)
+        varied = scatter.values(self.scattering(scatter, self.settings(variables)))
         parts: list[Part] = []
         alone, left = [], np.arange(count)
         if by_arrays(case, scatter.keys, wanted):
@@ -198,14 +205,17 @@ class Binding(Varied):
 
     def _wanted(self, goals: tuple[Objective, ...]) -> frozenset[str]:
         """Results behind objectives and limits."""
-        return self._limited | {goal.quantity for goal in (self.goal, *goals)}
+        wanted = self._limited | {goal.quantity for goal in (self.goal, *goals)}
+        return wanted | {MAXIMA[path] for path in wanted & MAXIMA.keys() if self.scatter is None}
 
     def _results_at(self, variables: np.ndarray, goals: tuple[Objective, ...]) -> Found:
         wanted = self._wanted(goals)
+        known = self._foreseen.find(self, variables, wanted)
+        if known is not None:
+            return known
         if self.scatter is not None:
             return self.machines_at(variables, self.scatter, wanted)
-        known = self._foreseen.find(self, variables, wanted)
-        return self.results(variables, wanted) if known is None else known
+        return self.results(variables, wanted)
 
     def _entries(
         self, found: Found, path: str, where: Where, side: Side
@@ -215,11 +225,32 @@ class Binding(Varied):
         Over tolerances it is the mean of the worst entries and some deviations more.
         """
         if isinstance(found, Record):
-            return parts_of(found[path], where, side)
+            entries = parts_of(found[path], where, side)
+            if side == "min" or path not in MAXIMA:
+                return entries
+            return self._each_maximum(found, path, where, entries)
         assert self.scatter is not None
         middle, apart, error = found.moments(path, where, side)
         more = self.scatter.sigmas * apart * (1.0 if side == "max" else -1.0)
         return np.array([middle + more]), np.array([error * max(1.0, self.scatter.sigmas)])
+
+    def _each_maximum(
+        self, found: Record, path: str, where: Where, largest: tuple[np.ndarray, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The maxima of which a result is the largest, and that where it is none of them.
+
+        Each is smooth where their largest has a kink. Of more than at the first point the highest
+        count, of fewer some are zero.
+        """
+        (top,), (reach,) = largest
+        heights, _, errors, _ = numbers(found[MAXIMA[path]], where)
+        count = self._maxima.setdefault(path, heights.size)
+        highest = np.sort(np.argsort(-heights, kind="stable")[:count])
+        values = np.zeros((2, count + 1))
+        values[:, : len(highest)] = heights[highest], errors[highest]
+        if top > np.max(values[0]):
+            values[:, -1] = top, reach
+        return values[0], values[1]
 
     def words(self, variables: np.ndarray) -> str:
         """The variables by name, in the units that the case gives their bounds in."""
@@ -286,22 +317,23 @@ _Key = tuple[tuple[int, ...], bytes, frozenset[str]]
 
 
 class Foreseen:
-    """Results of points by what is picked, the variables (n,) and the paths that are wanted."""
+    """Results of points by what is picked, the variables (n,) and the paths that are wanted.
+
+    Over tolerances those of the machines about each point.
+    """
 
     def __init__(self) -> None:
-        self._known: OrderedDict[_Key, Record] = OrderedDict()
+        self._known: OrderedDict[_Key, Found] = OrderedDict()
         self._cache = StageCache()
         #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
         self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
 
-    def find(
-        self, binding: Binding, variables: np.ndarray, wanted: frozenset[str]
-    ) -> Record | None:
+    def find(self, binding: Varied, variables: np.ndarray, wanted: frozenset[str]) -> Found | None:
         """The results at a point, or None where it needs a run of its own."""
         self.add(binding, variables[None, :], wanted)
         return self._known.get((binding.picked, variables.tobytes(), wanted))
 
-    def add(self, binding: Binding, points: np.ndarray, wanted: frozenset[str]) -> None:
+    def add(self, binding: Varied, points: np.ndarray, wanted: frozenset[str]) -> None:
         """Compute the results `wanted` at points (k, n), where arrays can."""
         keys = [(binding.picked, point.tobytes(), wanted) for point in points]
         fresh = [place for place, key in enumerate(keys) if key not in self._known]
@@ -309,11 +341,21 @@ class Foreseen:
         if known is None:
             return
         settings = [binding.settings(points[place]) for place in fresh]
-        varied = {
-            parse_key(key): np.array([one[key] for one in settings])
+        values = {
+            key: np.array([one[key] for one in settings], dtype=float)
             for key in _numbers(settings[0])
         }
-        parts, _ = compute(known[0], varied, len(fresh), wanted, known[1], self._cache)
+        scatter, each = binding.scatter, 1
+        if scatter is not None:
+            each = len(scatter.steps)
+            rows = [scatter.values(binding.scattering(scatter, one)) for one in settings]
+            values = {key: np.repeat(column, each) for key, column in values.items()}
+            values |= {key: np.concatenate([row[key] for row in rows]) for key in scatter.keys}
+        varied = {parse_key(key): column for key, column in values.items()}
+        parts, left = compute(known[0], varied, each * len(fresh), wanted, known[1], self._cache)
+        if scatter is not None:
+            self._add_machines([keys[place] for place in fresh], parts, set(left // each), each)
+            parts = []
         for part in parts:
             for row, place in enumerate(part.places.tolist()):
                 made = {
@@ -326,10 +368,24 @@ class Foreseen:
         while len(self._known) > MOST:
             self._known.popitem(last=False)
 
-    def _planned(self, binding: Binding, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
+    def _add_machines(
+        self, keys: list["_Key"], parts: list[Part], left: set[int], each: int
+    ) -> None:
+        """Enter the machines, `each` so many, of all points but those of which some are `left`."""
+        from vibecalc.core.study.scatter import Machines
+
+        for place, key in enumerate(keys):
+            if place not in left:
+                own = [part.some(part.places // each == place) for part in parts]
+                mine = [one._replace(places=one.places % each) for one in own if len(one.places)]
+                self._known[key] = Machines(each, mine, [])
+
+    def _planned(self, binding: Varied, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
         what = (binding.picked, wanted)
         if what not in self._plans:
-            keys = [parse_key(key) for key in _numbers(binding.settings(binding.first))]
+            scatter = () if binding.scatter is None else binding.scatter.keys
+            named = dict.fromkeys((*_numbers(binding.settings(binding.first)), *scatter))
+            keys = [parse_key(key) for key in named]
             self._plans[what] = None
             try:
                 case = binding.case_at(binding.first).model_copy(update={"optimisation": None})

@@ -14,7 +14,7 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.results.select import worst
 from vibecalc.core.run.run import StageCache
-from vibecalc.core.study.binding import Varied
+from vibecalc.core.study.binding import Foreseen, Varied
 from vibecalc.core.study.find_solutions import (
     Level,
     Sample,
@@ -67,7 +67,8 @@ class Along:
         self.turn = period if whole else 0.0
         # around a turn and two steps on, so that what lies where its ends meet has neighbours
         step = self.turn / (search.points - 1)
-        self.curve = SampledCurve(self.evaluate, self.lower, self.upper + 2.0 * step)
+        self._foreseen, self._wanted = Foreseen(), frozenset({search.quantity})
+        self.curve = SampledCurve(self.evaluate, self.lower, self.upper + 2.0 * step, self.ahead)
         self.level: Level | None = None
         self.solutions: list[Solution] = []
         self.notes: list[str] = []
@@ -75,13 +76,20 @@ class Along:
     def evaluate(self, value: float) -> tuple[float, float]:
         """The result and its absolute error; NumericalFailure where there is none."""
         self._count("")
-        record = self.at.results(np.array([value]), frozenset({self.search.quantity}))
+        at = np.array([value])
+        record = self._foreseen.find(self.at, at, self._wanted)
+        if not isinstance(record, Record):
+            record = self.at.results(at, self._wanted)
         try:
             return self.read(record)
         except ResultError as error:  # an order that this point does not keep, say
             raise NumericalFailure(str(error)) from error
 
-    def read(self, record: "Record") -> tuple[float, float]:
+    def ahead(self, values: list[float]) -> None:
+        """Compute the result at values that are about to be asked for at once, where arrays can."""
+        self._foreseen.add(self.at, np.array(values)[:, None], self._wanted)
+
+    def read(self, record: Record) -> tuple[float, float]:
         """The result and its error from a run; of several entries the largest counts."""
         quantity = record[self.search.quantity]
         value, _ = worst(quantity, self.search.where, "max")

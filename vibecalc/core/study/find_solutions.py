@@ -15,6 +15,8 @@ from vibecalc.numerics.rounding import EPSILON
 
 #: value of the key in SI -> result and its absolute error; NumericalFailure where there is none
 Evaluate = Callable[[float], tuple[float, float]]
+#: told of values of the key that are about to be evaluated, it may compute them at once
+Ahead = Callable[[list[float]], None]
 
 #: bounds further apart than this, relatively, are walked in equal ratios
 WIDE = 4.0
@@ -46,8 +48,10 @@ class SampledCurve:
     far apart.
     """
 
-    def __init__(self, evaluate: Evaluate, lower: float, upper: float):
-        self._evaluate, self._ends = evaluate, (lower, upper)
+    def __init__(
+        self, evaluate: Evaluate, lower: float, upper: float, ahead: Ahead = lambda keys: None
+    ):
+        self._evaluate, self._ahead, self._ends = evaluate, ahead, (lower, upper)
         self._log = lower > 0.0 and upper / lower > WIDE
         self.first, self.last = (math.log(end) if self._log else end for end in self._ends)
         self._known: dict[float, Sample] = {}
@@ -72,10 +76,7 @@ class SampledCurve:
     def look(self, place: float) -> Sample:
         """The sample at a place, with its words where there is no result."""
         if place not in self._known:
-            (lower, upper), key = self._ends, math.exp(place) if self._log else place
-            if place <= self.first or place >= self.last:
-                key = lower if place <= self.first else upper
-            key, value, error = min(max(key, lower), upper), math.nan, math.inf
+            key, value, error = self._key(place), math.nan, math.inf
             self.evaluations += 1
             try:
                 value, error = self._evaluate(key)
@@ -84,6 +85,12 @@ class SampledCurve:
                 why = str(failure)
             self._known[place] = Sample(place, key, value, error, why)
         return self._known[place]
+
+    def _key(self, place: float) -> float:
+        (lower, upper), key = self._ends, math.exp(place) if self._log else place
+        if place <= self.first or place >= self.last:
+            key = lower if place <= self.first else upper
+        return min(max(key, lower), upper)
 
     def at(self, place: float) -> Sample:
         """The sample at a place; NumericalFailure where there is no result."""
@@ -95,8 +102,10 @@ class SampledCurve:
     def sample(self, points: int) -> None:
         """Sample evenly spread places, then close in on stretches without results."""
         step = (self.last - self.first) / (points - 1)
-        for number in range(points):
-            self.look(self.last if number == points - 1 else self.first + number * step)
+        places = [self.first + number * step for number in range(points - 1)] + [self.last]
+        self._ahead([self._key(place) for place in places if place not in self._known])
+        for place in places:
+            self.look(place)
         for _ in range(HALVINGS):
             for one, other in pairwise(self.samples):
                 if bool(one.failure) != bool(other.failure):

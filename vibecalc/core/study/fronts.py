@@ -32,7 +32,14 @@ def _fronts(
     def traced(binding: "Binding") -> FrontPoints:
         problem = replace(binding.problem(study.goals), first=first)
         points = study.front_points or FRONT_POINTS
-        return front(problem, len(study.goals), points=points, starts=study.starts, rtol=rtol)
+        return front(
+            problem,
+            len(study.goals),
+            points=points,
+            starts=study.starts,
+            rtol=rtol,
+            searched=binding is out.binding,
+        )
 
     if not choices or front_runs(study, every=True) > MOST_RUNS:
         found = traced(out.binding)

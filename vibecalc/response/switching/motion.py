@@ -67,15 +67,38 @@ class Course:
         Re sum p_n (w^2 - i w'/n) exp(i n theta), whose rate is, w' being constant,
         Re sum p_n (i n w^3 + 3 w w') exp(i n theta).
         """
-        n, speed = self.orders, self.speed_at(run, time)[..., None]
-        gain = self.acceleration[run][..., None]
-        turned = n * self.angle_at(run, time)[..., None]
-        wave = np.cos(turned) + 1j * np.sin(turned)
-        wave *= 1j * n * speed**3 + 3.0 * speed * gain if rate else speed**2 - 1j * gain / n
-        works = self.operation[run][..., None, None] == np.arange(len(self.amplitude))[:, None]
-        loads = self.amplitude.reshape(-1, self.amplitude.shape[-1])
-        every = (works * wave[..., None, :]).reshape(*np.shape(time), len(loads))
-        return np.asarray((every @ loads).real)
+        shape = np.broadcast_shapes(np.shape(run), np.shape(time))
+        run, time = (np.broadcast_to(one, shape).ravel() for one in (run, time))
+        turned = turns(self.angle_at(run, time), self.orders)
+        found = np.empty((2, run.size, self.amplitude.shape[-1]))
+        works = self.operation[run]
+        for operation in np.unique(works):
+            mine = works == operation
+            load = self.amplitude[operation]
+            other = load * self.orders[:, None] if rate else load / self.orders[:, None]
+            # real and imaginary part of the sum, from cosines and sines
+            table = np.block([[load.real, other.imag], [-load.imag, other.real]])
+            found[:, mine] = np.hsplit(turned[:, mine].T @ table, 2)
+        real, imaginary = found
+        speed, gain = self.speed_at(run, time)[:, None], self.acceleration[run][:, None]
+        if rate:
+            total = 3.0 * speed * gain * real - speed**3 * imaginary
+        else:
+            total = speed**2 * real + gain * imaginary
+        return np.asarray(total).reshape(*shape, -1)
+
+
+def turns(angle: np.ndarray, orders: np.ndarray) -> np.ndarray:
+    """Cosines of n angle (t,) for ascending whole orders n (m,), then their sines, (2 m, t).
+
+    By the addition theorem from order to order: it costs n roundings, as many as n angle does.
+    """
+    wave, single, before = np.ones(angle.shape, dtype=complex), np.exp(1j * angle), 0
+    found = np.empty((2, len(orders), len(angle)))
+    for place, order in enumerate(orders.tolist()):
+        wave = wave * (single if order - before == 1 else single ** (order - before))
+        found[0, place], found[1, place], before = wave.real, wave.imag, order
+    return found.reshape(-1, len(angle))
 
 
 def course_of(

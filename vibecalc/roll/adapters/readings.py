@@ -70,7 +70,9 @@ class Value(NamedTuple):
     error: float = 0.0
 
 
-def spectra_of(solved: MachineTurn, orders: int) -> dict[str, tuple[np.ndarray, float]]:
+def spectra_of(
+    solved: MachineTurn, orders: int, names: Sequence[str]
+) -> dict[str, tuple[np.ndarray, float]]:
     """Harmonics (orders,) or (cylinders, orders) by name, each with the rounding in them."""
     read, numbers = readings(solved.machine, solved.drive, solved.turn), np.arange(1.0, orders + 1)
     return {
@@ -78,7 +80,7 @@ def spectra_of(solved: MachineTurn, orders: int) -> dict[str, tuple[np.ndarray, 
             spectrum(solved.turn, read, name, numbers)[0],
             rounding_left(solved.machine, read, name),
         )
-        for name in (*VARIABLES, *FORCES)
+        for name in names
     }
 
 

@@ -23,12 +23,13 @@ from vibecalc.roll.adapters.readings import (
     numbers_of,
     peaks_of,
     spectra_of,
+    spectrum_paths,
     time_history,
 )
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, is_mounted
 from vibecalc.roll.methods import Settings, find
 from vibecalc.roll.model import RollParts, build_roll, fitted_motor, roll_drive
-from vibecalc.roll.results import FORCES, ROLL, SHAKING
+from vibecalc.roll.results import FORCES, ROLL, SHAKING, VARIABLES
 from vibecalc.roll.running import Running, motion_of_turn, running_state
 from vibecalc.roll.sensitivity import changes, sensitivity
 from vibecalc.roll.tables import Roll
@@ -177,7 +178,8 @@ class RollRun:
 
     def emit_spectra(self) -> None:
         """Harmonics of all variables, with the errors that the settings show."""
-        spectra = self.solutions.read(lambda seen: spectra_of(seen, self.options.orders))
+        names = [name for name in (*VARIABLES, *FORCES) if self.scene.wants(*spectrum_paths(name))]
+        spectra = self.solutions.read(lambda seen: spectra_of(seen, self.options.orders, names))
         leak, found = leak_of(self.solutions.solution), {}
         for name, (values, rounding) in spectra[0].items():
             error = self.solutions.error(*(each[name][0] for each in spectra)) + rounding

@@ -21,7 +21,7 @@ from vibecalc.torsion.holzer import (
     shape_uncertainty,
     uncertainty_of,
 )
-from vibecalc.torsion.line import Line, lines_of
+from vibecalc.torsion.line import Line, hand_over, lines_of
 from vibecalc.torsion.modes_of_tree import riccati_frequencies
 from vibecalc.torsion.results import ROOT
 
@@ -160,8 +160,7 @@ def _strain(
     # d share = (d energy - share d total) / total
     torque = 2.0 * line.stiffness * twist.conj() / safe
     whole = 2.0 * line.ground_stiffness * shape.conj() / safe
-    np.add.at(whole.T, line.first, torque.T)
-    np.subtract.at(whole.T, line.second, torque.T)
+    hand_over(whole.T, line, -torque.T)
     # the length of the weights of all angles, where no more than a bound of these is known
     along = torque.conj() * (whole[:, line.first] - whole[:, line.second])
     square = 2.0 * np.abs(torque) ** 2 - 2.0 * share * along.real
@@ -198,11 +197,9 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
     """
     if not has_holzer(scene.case) or not scene.wants(*PLACES):
         return
-    modes, rows = setup.modes, holzer_rows(line)
+    modes = setup.modes
     own = setup.model.at(setup.speed, modes.frequency)
-    if own.stiffness.ndim > 1:
-        each = [holzer_rows(one).stiffness for one in lines_of(own)]
-        rows = rows._replace(stiffness=np.stack(each))
+    rows = holzer_rows(own)
     axes = {
         "mode": np.arange(1, len(modes.frequency) + 1),
         "freedom": tuple(setup.shaft.freedom_names[place] for place in rows.freedom),
@@ -235,9 +232,7 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
             np.minimum(*both) for both in zip(errors, measured(table, uncertainty), strict=True)
         ]
     try:
-        lines = lines_of(own) if own.stiffness.ndim > 1 else [line] * len(modes.frequency)
-        tables = map(holzer_table, lines, modes.frequency)
-        left = np.array([one.sum_torque[-1] for one in tables])
+        left = holzer_table(own, modes.frequency).sum_torque[:, -1]
     except NumericalFailure:  # a branch that swings alone: what the shapes leave
         left = total[:, -1]
     for path, value, error in zip(PLACES, (angle, inertial.value, total), errors, strict=False):

@@ -29,7 +29,7 @@ from vibecalc.numerics.rounding import (
 from vibecalc.numerics.synthesis import OverCycle, over_cycle, sum_error, synthesis
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
 from vibecalc.torsion.coupling_line import Moved
-from vibecalc.torsion.line import complex_stiffness, damped_elements, loss_stiffness
+from vibecalc.torsion.line import complex_stiffness, damped_elements, hand_over, loss_stiffness
 from vibecalc.torsion.model import Gearing, ShaftLineModel
 from vibecalc.torsion.section_loads import STIFFNESS_ROUNDINGS, steady_shares
 
@@ -251,9 +251,7 @@ def _correction(setup: Setup, speed: FloatArray, state: OrderSolution) -> Comple
     if setup.model.modal is not None:
         left -= line.inertia * modal_braking(setup.model, state)
     torque = complex_stiffness(line, state.frequency) * state.twist
-    for e, (first, second) in enumerate(zip(line.first, line.second, strict=True)):
-        left[..., first] -= torque[..., e]
-        left[..., second] += torque[..., e]
+    hand_over(np.moveaxis(left, -1, 0), line, np.moveaxis(torque, -1, 0))
     for place, freedom in enumerate(setup.drive.freedom):
         left[..., freedom] += state.load[..., place]
     every = np.arange(line.inertia.shape[-1])

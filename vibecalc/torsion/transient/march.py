@@ -178,18 +178,26 @@ def rule(points: int) -> tuple[FloatArray, FloatArray]:
     return x, weight
 
 
-@lru_cache(maxsize=4096)
-def restriction(start: float, end: float) -> FloatArray:
-    """(p, p): [l, k] the share of P_k of the part in P_l of the whole step, part as shares.
+@lru_cache(maxsize=1)
+def to_legendre() -> FloatArray:
+    """(p, p): what a value at each Gauss point adds to the share of each P_l."""
+    x, weight = rule(POINTS)
+    share: FloatArray = weight[:, None] * legendre_values(x) * (np.arange(POINTS) + 0.5)
+    return share
+
+
+@lru_cache(maxsize=64)
+def restrictions(parts: int) -> FloatArray:
+    """(parts, p, p): [j, l, k] the share of P_k of the j-th part in P_l of the whole step.
 
     Shared by all callers, hence read-only.
     """
-    x, weight = rule(POINTS)
-    inside = 2.0 * (start + (end - start) * (x + 1.0) / 2.0) - 1.0
-    share = weight[:, None] * legendre_values(x) * (np.arange(POINTS) + 0.5)
-    matrix: FloatArray = legendre_values(inside).T @ share
-    matrix.flags.writeable = False
-    return matrix
+    x, _ = rule(POINTS)
+    first = np.arange(parts)[:, None] / parts
+    inside = 2.0 * (first + (x + 1.0) / (2.0 * parts)) - 1.0
+    matrices: FloatArray = np.swapaxes(legendre_values(inside), 1, 2) @ to_legendre()
+    matrices.flags.writeable = False
+    return matrices
 
 
 def short_step(system: TransientSystem, step: float) -> tuple[FloatArray, FloatArray]:
@@ -208,7 +216,7 @@ def short_step(system: TransientSystem, step: float) -> tuple[FloatArray, FloatA
         moment += share[:, None, None] * column
         power, column = small @ power / (k + 1.0), small @ column / (k + 1.0)
         transition = transition + power
-    first, second = restriction(0.0, 0.5), restriction(0.5, 1.0)
+    first, second = restrictions(2)
     for _ in range(doublings):
         early = np.tensordot(first, moment, 1)
         moment = np.matmul(transition, early) + np.tensordot(second, moment, 1)
@@ -224,18 +232,16 @@ def propagator(
     With a `view` (e, s) it leads from the state to what that reads, e instead of s values.
     """
     transition, moment = short_step(system, step / parts)
-    x, weight = rule(POINTS)
-    to_legendre = weight[:, None] * legendre_values(x) * (np.arange(POINTS) + 0.5)
-    transitions, weights = [], []
+    transitions, moments = [], []
     power, total = np.eye(transition.shape[0]), np.zeros_like(moment)
-    for part in range(parts):
+    for border in restrictions(parts):
         power = transition @ power
-        border = restriction(part / parts, (part + 1) / parts)
         total = np.matmul(transition, total) + np.tensordot(border, moment, 1)
         transitions.append(power if view is None else view @ power)
-        viewed = total if view is None else np.matmul(view, total)
-        weights.append(np.einsum("gl,lsn->sgn", to_legendre, viewed))
-    return Propagator(np.array(transitions), np.array(weights), (x + 1.0) / 2.0)
+        moments.append(total if view is None else np.matmul(view, total))
+    weights = np.moveaxis(np.tensordot(to_legendre(), np.array(moments), (1, 1)), 0, 2)
+    place = (rule(POINTS)[0] + 1.0) / 2.0
+    return Propagator(np.array(transitions), np.ascontiguousarray(weights), place)
 
 
 def scan(transition: FloatArray, start: FloatArray, gain: FloatArray) -> FloatArray:

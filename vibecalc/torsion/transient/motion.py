@@ -164,7 +164,8 @@ def course_of(stretches: Sequence[Stretch], speed: float, angle: float = 0.0) ->
         if not part.duration > 0.0:
             raise NumericalFailure(f"stretch {number} of the transient has no duration")
         last = part.acceleration + part.acceleration_rate * part.duration
-        if part.acceleration * last < -EPSILON * max(abs(part.acceleration), abs(last)) ** 2:
+        most = max(abs(part.acceleration), abs(last))
+        if part.acceleration * last < -8.0 * EPSILON * most**2:
             raise NumericalFailure(
                 f"the acceleration changes its sign within stretch {number} of the transient"
             )

@@ -259,7 +259,13 @@ def lattice(objectives: int, points: int) -> np.ndarray:
 
 
 def front(
-    problem: Problem, objectives: int = 2, *, points: int = 15, starts: int = 8, rtol: float = 1e-9
+    problem: Problem,
+    objectives: int = 2,
+    *,
+    points: int = 15,
+    starts: int = 8,
+    rtol: float = 1e-9,
+    searched: bool = False,
 ) -> FrontPoints:
     """Trace the points where no objective can become smaller without another growing.
 
@@ -270,6 +276,8 @@ def front(
         of all objectives, then of the margins.
     starts, rtol
         As of `minimise`; the ends of the front are searched from all starts.
+    searched : bool
+        Whether that was done for the first objective, and the first start is where it ended.
     objectives, points : int
         How many objectives, and how many points at most, ends included; at least 2. Fewer come back
         where the front jumps.
@@ -296,7 +304,8 @@ def front(
     where a kink is in the way, which makes it unique. Dominated points are removed.
     """
     tracer = _Tracer(problem, objectives, rtol)
-    ends = [tracer.least([goal], first=problem.first, starts=starts) for goal in range(objectives)]
+    each = [0 if searched and goal == 0 else starts for goal in range(objectives)]
+    ends = [tracer.least([goal], first=problem.first, starts=n) for goal, n in enumerate(each)]
     table = np.array([tracer.values(end.variables) for end in ends])
     span = np.ptp(table, axis=0)
     described = [tracer.described(end, goal) for goal, end in enumerate(ends)]

@@ -176,7 +176,7 @@ def _searched(
     sampler: Sampler, start: np.ndarray, search: Callable[[Sampler, np.ndarray], np.ndarray]
 ) -> Search:
     before = sampler.count
-    unit = start if sampler(start) is None else search(sampler, start)
+    unit = start if sampler(start) is None else search(sampler.downhill, start)
     spent = sampler.count - before
     return Search(start, unit, sampler.top(unit), sampler.violation(unit), spent)
 

@@ -143,6 +143,9 @@ class Problem:
         bounds hold a whole period has no bounds, and is counted from its lower bound on.
     ahead : callable
         Told of variables (k, n) before they are evaluated one by one.
+    of_maxima : bool
+        Whether the parts are maxima that come and go, as those of a curve do. Searches then go
+        down their largest, and the parts serve where an optimum is refined.
     """
 
     evaluate: Evaluate
@@ -151,6 +154,7 @@ class Problem:
     first: ArrayLike | None = None
     period: ArrayLike = 0.0
     ahead: Ahead | None = None
+    of_maxima: bool = False
 
     @property
     def box(self) -> Box:
@@ -180,6 +184,11 @@ class Sampler:
         self._known: dict[bytes, np.ndarray | None] = {}
         self._off: dict[bytes, np.ndarray] = {}
         self._changes: tuple[Change, Change] | None = None
+
+    @property
+    def downhill(self) -> "Sampler":
+        """What a search from far away goes down."""
+        return self.largest_part() if self._problem.of_maxima else self
 
     def view(self, change: Change, off: Change, parts: int = 1) -> "Sampler":
         """The same points with changed vectors, of which `parts` are the objective, and errors."""

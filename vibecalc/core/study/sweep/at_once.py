@@ -97,6 +97,16 @@ class Part(NamedTuple):
     places: IntArray
     columns: Mapping[str, Column]
 
+    def some(self, kept: BoolArray) -> "Part":
+        """Those of the points that are `kept` (n,)."""
+        if kept.all():
+            return self
+        chosen = {
+            path: column._replace(values=column.values[kept], errors=column.errors[kept])
+            for path, column in self.columns.items()
+        }
+        return Part(self.places[kept], chosen)
+
 
 class Plan(NamedTuple):
     """What computing at points asks of a case alone, for who does so again and again.
@@ -154,18 +164,8 @@ def compute(
                 waiting += [places[half:], places[:half]]
         else:
             left.append(places[scene.alone])
-            parts.append(_part(places, scene.columns, ~scene.alone))
+            parts.append(Part(places, scene.columns).some(~scene.alone))
     return parts, np.sort(np.concatenate(left))
-
-
-def _part(places: IntArray, columns: Mapping[str, Column], kept: BoolArray) -> Part:
-    if kept.all():
-        return Part(places, columns)
-    chosen = {
-        path: column._replace(values=column.values[kept], errors=column.errors[kept])
-        for path, column in columns.items()
-    }
-    return Part(places[kept], chosen)
 
 
 def suspects(
