@@ -136,7 +136,7 @@ TAKEN = '{ catalogue = "couplings.toml", type = "type a" }'
             ["the file does not exist", "'couplings.toml'"],
         ),
         (TAKEN.replace("couplings", "../couplings"), ENTRY, ["in the folder of its case"]),
-        (TAKEN, "[", ["the file is no TOML"]),
+        (TAKEN, "[", ["the file is not TOML"]),
         (TAKEN, "a = 1\n", ["the catalogue has no tables"]),
         (TAKEN, ENTRY + 'catalogue = "x.toml"\n', ["a catalogue of its own"]),
         (TAKEN, ENTRY.replace("80 kN*m/rad", "80 kN"), ["wrong dimension"]),

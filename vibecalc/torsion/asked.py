@@ -109,7 +109,7 @@ def excited_orders(case: Case) -> tuple[float, ...]:
         engine = tuple(step * number for number in range(1, round(highest / step) + 1))
     if not shaft_line_of(case).excitations:
         return engine
-    from vibecalc.torsion.adapters.given_torques import all_orders
+    from vibecalc.torsion.station_torques import all_orders
 
     return tuple(all_orders(case, engine).order.tolist())
 

@@ -147,7 +147,7 @@ def _said_once(key: str, words: str, wanted: bool) -> object:
         if len(places) > 1:
             yield row.problem(
                 ".".join(places[1]),
-                f"the {words} of the coupling stands twice",
+                f"the {words} of the coupling is given twice",
                 allowed=f"{key} in one place, {key}_factor in the others",
                 also=".".join(places[0]),
             )
@@ -537,7 +537,7 @@ class StationExcitation(Table):
         ),
         refuse(
             "orders",
-            "an order stands twice",
+            "an order is given twice",
             lambda t: len({*map(str, t.entries("orders"))}) < len(t.entries("orders")),
             "each order once",
         ),

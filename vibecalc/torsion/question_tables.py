@@ -469,7 +469,7 @@ class Transient(Table):
         refers("on", "machine.shaft_line.stations", "station"),
         refers("cylinder", "machine.crank_train.cylinders", "cylinder"),
         by_kind(
-            "change",
+            "transient",
             run_up=_PASS,
             run_down=_PASS,
             start="to | acceleration duration",
@@ -484,7 +484,7 @@ class Transient(Table):
         ordered(
             "from",
             "to",
-            "a run-up goes from a lower speed to a higher one",
+            "a run-up has to go from a lower to a higher speed",
             when=lambda t: t["kind"] == "run_up",
         ),
         ordered(

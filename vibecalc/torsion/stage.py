@@ -236,7 +236,7 @@ def _curves(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Sta
 
     for name, adapter, there, why in (
         ("curves", "order_curves", torsion.curves and torsion.speeds, "are"),
-        ("irregularity", "irregularity", torsion.irregularity, "is"),
+        ("irregularity", "order_curves", torsion.irregularity, "is"),
         ("conditions", "conditions", torsion.conditions, "is"),
     ):
         at_once = f", for {len(condition_names(case))} conditions at once"

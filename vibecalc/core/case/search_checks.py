@@ -51,7 +51,7 @@ def changeable(case: Data, key: str, tables: tuple[str, ...], kinds: tuple[str, 
         for rule in row.model.RULES:
             given = rule.given(with_key) if isinstance(rule, OneOf) else []
             if len(given) > 1:
-                raise UsageError(f"{given[1]} and {given[0]} exclude each other")
+                raise UsageError(f"{given[1]} and {given[0]} are mutually exclusive")
     return shape
 
 
@@ -204,8 +204,8 @@ def check_search(row: Row) -> Iterator[Problem]:
             tolerance["key"],
             scattered,
             tables=(*CHANGEABLE, "response"),
-            refusal="this key cannot scatter",
-            twice="{key} scatters twice",
+            refusal="this key cannot have a tolerance",
+            twice="{key} has two tolerances",
         )
         for side in ("half_width", "deviation") if shape else ():
             yield from _size(tolerance, side, shape.unit or "" if shape else "")
@@ -238,7 +238,7 @@ def _choices(variable: Row, shape: Shape) -> Iterator[Problem]:
         read = yield from _read(value, shape, path)
         if read is not None and taken.setdefault(read, place) != place:
             also = (*path[:-1], taken[read])
-            yield variable.problem(path, f"{str(value)[:40]} stands twice", also=also)
+            yield variable.problem(path, f"{str(value)[:40]} is given twice", also=also)
     if shape.kind == "choice" and variable["followed_by"]:
         yield variable.problem("followed_by", "no key can follow one that holds names")
 

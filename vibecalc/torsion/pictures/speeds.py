@@ -150,7 +150,9 @@ def criticals_of(record: Record, section: str) -> np.ndarray:
 
     Those at which the torque of the section would be highest with one damping ratio for all modes.
     """
-    speed, mode, order = (vector(record, f"resonances_skipped/{one}", "resonance_skipped") for one in ("from", *_BY))
+    speed, mode, order = (
+        vector(record, f"resonances_skipped/{one}", "resonance_skipped") for one in ("from", *_BY)
+    )
     force = having(record, TORSION + "excitation/intensity", "mode", "order")
     share = having(record, TORSION + "modes/strain_energy_share", "mode", "section")
     inertia, natural = (vector(record, f"modes/{one}", "mode") for one in (

@@ -232,7 +232,7 @@ class _KeyTable(NamedTuple):
         if logarithmic and not (min(ends) > 0.0 or max(ends) < 0.0):
             found = f"from {table.start} to {table.stop}"
             raise self.refused(
-                "spacing", "equal ratios never pass zero", found=found, allowed="linear"
+                "spacing", "logarithmic spacing cannot pass zero", found=found, allowed="linear"
             )
         if count is None and not sampled:
             allowed = "points = 21, say"
@@ -260,9 +260,11 @@ class _KeyTable(NamedTuple):
         if not sampled:
             hint = "or give values, or from, to and points"
             allowed = 'sampling = "sobol", "latin_hypercube" or "monte_carlo" in [sweep]'
-            raise self.refused("distribution", "a grid does not draw", allowed=allowed, hint=hint)
+            raise self.refused(
+                "distribution", "a grid has no random values", allowed=allowed, hint=hint
+            )
         if self.shape.kind == "whole":
-            message = "a whole number cannot scatter"
+            message = "a whole number cannot have a distribution"
             raise self.refused("distribution", message, allowed="values = [...]")
         numbers = {
             name: self.number("distribution", one, difference=name == "deviation")
