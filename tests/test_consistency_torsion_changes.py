@@ -38,10 +38,8 @@ def value(record: Record, name: str) -> np.ndarray:
 def test_without_damping_the_steady_vibration_has_no_bound() -> None:
     text = GENSET.replace("loss_factor = 0.1, ", "").replace(', damping = "5 N*m*s/rad"', "")
     text = re.sub(r"dampers = .*\n", "", text)
-    change = (
-        'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "1 s", '
-        'time_after = "0.1 s"'
-    )
+    change = 'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "1 s"'
+    change += ', time_after = "0.1 s"'
     names = ("peak_half_range", "steady_half_range", "overshoot")
     record = run(change, text, names)
     assert np.all(np.isinf(value(record, "steady_half_range")))
@@ -65,10 +63,8 @@ def test_a_stop_is_a_run_down_without_fuel() -> None:
     names = ("peak_half_range", "steady_half_range", "peak_half_range_speed")
     stop = run('kind = "stop", from = "1000 rpm", duration = "1.5 s"', wanted=names)
     motored = GENSET + 'misfire = ["1", "2", "3"]\nmisfire_kind = "motored"\n'
-    down = (
-        'kind = "run_down", from = "1000 rpm", to = "40 rpm", duration = "1.5 s", '
-        'time_after = "0.1 s"'
-    )
+    down = 'kind = "run_down", from = "1000 rpm", to = "40 rpm", duration = "1.5 s"'
+    down += ', time_after = "0.1 s"'
     slowed = run(down, motored, names)
     first = slice(0, 3)  # whose largest are at the begin
     for name in names[1:2]:
