@@ -148,6 +148,6 @@ def _emit_jump(scene: Scene, parts: PendulumParts) -> None:
     limit = float(found.torque.value) * square
     if parts.torque is not None and parts.torque > limit:
         scene.warn(
-            f"the torque of {parts.torque:.4g} N*m is above the jump at {limit:.4g} N*m: the steady "
-            "motion of small swings does not exist"
+            f"the torque of {parts.torque:.4g} N*m is above the jump at {limit:.4g} N*m: the "
+            "steady motion of small swings does not exist"
         )
