@@ -17,7 +17,7 @@ INERTIA, ARMS = 100.0 * (0.8**2 + 0.35**2) / 12.0, 4.0 * 0.4**2
 
 
 def row(name: str, key: str, lower: str, upper: str, quantity: str, *more: str) -> str:
-    lines = [f'name = "{name}"', f'key = "{key}"', f'lower = "{lower}"', f'upper = "{upper}"']
+    lines = [f'name = "{name}"', f'key = "{key}"', f'min = "{lower}"', f'max = "{upper}"']
     lines += [f'quantity = "{quantity}"', *more]
     return "\n[[find]]\n" + "\n".join(lines) + "\n"
 

@@ -90,7 +90,7 @@ def rows_of(
 
 
 def gibson_body(damping: float = 50.0) -> Body:
-    """The same machine with all six freedoms; widths across are ours."""
+    """The same machine with six degrees of freedom; widths across are ours."""
     width = 0.5
     own = 100.0 / 12.0 * np.array([width**2 + 0.35**2, 0.35**2 + 0.8**2, 0.8**2 + width**2])
     position = np.array([[x, y, 0.0] for x in (-0.4, 0.4) for y in (-0.2, 0.2)])

@@ -126,13 +126,13 @@ LIGHTER: dict[Pattern, Any] = {
     ("optimisation", "front_points"): 3,
     ("find", EACH, "points"): 5,
     ("sweep", "axes", EACH, "points"): 3,
-    ("sweep", "axes", EACH, "with", EACH, "points"): 3,
+    ("sweep", "axes", EACH, "in_step", EACH, "points"): 3,
 }
 #: tables in which such a number stays away if it is: an axis may list values
 _MAY_LACK: tuple[Pattern, ...] = (
     ("optimisation",),
     ("sweep", "axes", EACH),
-    ("sweep", "axes", EACH, "with", EACH),
+    ("sweep", "axes", EACH, "in_step", EACH),
 )
 
 SEARCHES = ("optimisation", "fit", "find")

@@ -21,9 +21,9 @@ def random_transient(seed: int) -> Table:
     cycle = (4.0 if machine["cycle"] == "four_stroke" else 2.0) * np.pi
     options: Table = {"kind": kind}
     if kind in ("load_step", "misfire_onset"):
-        options["after"] = cycle / speed * float(draw.uniform(2.0, 8.0))
+        options["time_after"] = cycle / speed * float(draw.uniform(2.0, 8.0))
         if draw.random() < 0.5:
-            options["before"] = cycle / speed * float(draw.uniform(1.0, 2.0))
+            options["time_before"] = cycle / speed * float(draw.uniform(1.0, 2.0))
         if kind == "load_step":
             stations = machine["shaft_line"]["stations"]
             options["on"] = stations[int(draw.integers(len(stations)))]["name"]
@@ -37,9 +37,9 @@ def random_transient(seed: int) -> Table:
         length = cycle / (0.5 * sum(ends)) * float(draw.uniform(8.0, 16.0))
         if kind != "start":
             options["from"] = ends[0]
-            options["before"] = cycle / speed * float(draw.choice([0.0, 1.3]))
+            options["time_before"] = cycle / speed * float(draw.choice([0.0, 1.3]))
         options["to"] = ends[1]
-        options["after"] = cycle / speed * float(draw.uniform(0.2, 2.0))
+        options["time_after"] = cycle / speed * float(draw.uniform(0.2, 2.0))
         if draw.random() < 0.5:
             options["duration"] = length
         else:

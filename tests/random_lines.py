@@ -89,7 +89,12 @@ class _Draw:
             self.shafts.append(quill)
         self.dampers()
         if self.chance(0.5):
-            beside = {"on": "flywheel", "orders": [1.0, 3.0], "of": "crankshaft", "exponent": 1.0}
+            beside = {
+                "on": "flywheel",
+                "orders": [1.0, 3.0],
+                "orders_of": "crankshaft",
+                "exponent": 1.0,
+            }
             beside["torques"] = [1e-4 * self.stiff, 3e-5 * self.stiff]
             self.line.setdefault("excitations", []).append({**beside, "phases": [0.3, -2.0]})
         return {
@@ -132,7 +137,7 @@ class _Draw:
     def change(self, kind: str) -> Table:
         """Over one or two cycles of the machine."""
         draw, cycle = self.draw, (4.0 if self.four else 2.0) * np.pi / self.speed
-        found: Table = {"kind": kind, "before": 0.1 * cycle, "after": 0.7 * cycle}
+        found: Table = {"kind": kind, "time_before": 0.1 * cycle, "time_after": 0.7 * cycle}
         on = str(draw.choice([one["name"] for one in self.stations]))
         size = self.stiff * self.spread(1e-4, 1e-2)
         if kind == "misfire_onset":
@@ -148,7 +153,7 @@ class _Draw:
             return found | {"on": on, "history": rows}
         slow, fast = (self.speed * float(draw.uniform(*one)) for one in ((0.6, 0.7), (0.9, 1.1)))
         ends = (slow, fast) if kind == "run_up" else (fast, slow)
-        more = {"from": ends[0], "to": ends[1], "duration": 1.6 * cycle, "after": 0.1 * cycle}
+        more = {"from": ends[0], "to": ends[1], "duration": 1.6 * cycle, "time_after": 0.1 * cycle}
         return found | more
 
     def asked(self) -> Table:

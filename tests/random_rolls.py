@@ -111,5 +111,5 @@ def _motor(random: np.random.Generator, sync: float, torque: float) -> Table:
         "kind": "slip_table",
         "slip_table": {"slip": (slips * sync).tolist(), "torque": torques.tolist()},
         "interpolation": str(random.choice(["linear", "parabola", "monotone"])),
-        "beyond": "hold",
+        "extrapolation": "hold",
     }

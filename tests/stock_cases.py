@@ -31,7 +31,8 @@ driven_machine = "cancels_torque"
 model = "pitch"
 """
 #: mounts at -x and x, all at the same distance
-DISTANCE = """{ key = "machine.mounts.positions[2][0]", lower = "0.2 m", upper = "0.6 m", with = [
+DISTANCE = """{ key = "machine.mounts.positions[2][0]", min = "0.2 m", max = "0.6 m",
+  followed_by = [
   { key = "machine.mounts.positions[3][0]" },
   { key = "machine.mounts.positions[0][0]", factor = -1 },
   { key = "machine.mounts.positions[1][0]", factor = -1 } ] }"""
@@ -59,7 +60,7 @@ ROBUST = """
 [optimisation]
 objective = { quantity = "QUANTITY" }
 starts = 1
-variables = [ { key = "machine.mounts.each.stiffness", lower = "50 kN/m", upper = "500 kN/m" } ]
+variables = [ { key = "machine.mounts.each.stiffness", min = "50 kN/m", max = "500 kN/m" } ]
 [optimisation.robust]
 tolerances = [ TOLERANCES ]
 """

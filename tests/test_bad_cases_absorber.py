@@ -52,7 +52,7 @@ def test_catalogues_from_files(tmp_path: Path) -> None:
     worse = {**files, "springs": files["springs"].replace("18,", "18.5,")}
     assert "column part: not a whole number" in refusal(tmp_path, text, **worse)
     inline = replaced(text, ('"springs.csv"', "{ part = [1, 2], rate = [9.0] }"))
-    assert "not of one length" in refusal(tmp_path, inline, **files)
+    assert "differ in length" in refusal(tmp_path, inline, **files)
 
 
 def test_a_stock_oil_may_be_unknown_at_the_temperature() -> None:

@@ -95,7 +95,7 @@ def test_a_search_without_a_way_names_limit_and_variable() -> None:
     text = SMALL.replace("[excitation]", "[excitation]\norders = 2\n")
     text += """
 [optimisation]
-variables = [{ key = "machine.crank_train.reciprocating_mass", lower = "400 g", upper = "600 g" }]
+variables = [{ key = "machine.crank_train.reciprocating_mass", min = "400 g", max = "600 g" }]
 objective = { quantity = "excitation/couple_peak" }
 starts = 1
 

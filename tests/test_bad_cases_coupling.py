@@ -87,22 +87,22 @@ STUDY = f"[optimisation]\nobjective = {{ {QUANTITY.replace(chr(10), ', ', 1).str
     ("study", "place"),
     [
         (
-            f'{STUDY}variables = [{{ key = "{RISE}", lower = "20 K", upper = "60 degC" }}]',
-            "optimisation.variables.0.upper",
+            f'{STUDY}variables = [{{ key = "{RISE}", min = "20 K", max = "60 degC" }}]',
+            "optimisation.variables.0.max",
         ),
         (
             f'{STUDY}variables = [{{ key = "{RISE}", choices = ["20 K", "30 degC"] }}]',
             "optimisation.variables.0.choices.1",
         ),
         (
-            f'{STUDY}variables = [{{ key = "{AIR}", lower = "20 degC", upper = "60 degC", with = '
-            f'[{{ key = "{AIR}", offset = "5 degC" }}] }}]',
-            "optimisation.variables.0.with.0.offset",
+            f'{STUDY}variables = [{{ key = "{AIR}", min = "20 degC", max = "60 degC", '
+            f'followed_by = [{{ key = "{AIR}", offset = "5 degC" }}] }}]',
+            "optimisation.variables.0.followed_by.0.offset",
         ),
         (
             f'[[find]]\nname = "a"\n{QUANTITY}target = 300\n'
-            f'key = "{RISE}"\nlower = "20 K"\nupper = "60 degC"',
-            "find.0.upper",
+            f'key = "{RISE}"\nmin = "20 K"\nmax = "60 degC"',
+            "find.0.max",
         ),
     ],
 )
@@ -115,7 +115,7 @@ def test_a_rise_is_no_temperature_of_a_scale_in_studies_either(study: str, place
 
 
 def test_a_change_of_a_temperature_is_none_of_a_scale(tmp_path: Path) -> None:
-    study = f'[[find]]\nname = "a"\n{QUANTITY}key = "{RISE}"\nlower = 20\nupper = 60\n'
+    study = f'[[find]]\nname = "a"\n{QUANTITY}key = "{RISE}"\nmin = 20\nmax = 60\n'
     said = refusal(tmp_path, "case", f'{RISING}{study}change = "5 degC"\n')
     assert "does not fit response/torsion/coupling/temperature" in said and "found 5 degC" in said
     with pytest.raises(UnitError, match="a scale with a zero of its own"):
@@ -136,7 +136,7 @@ TAKEN = '{ catalogue = "couplings.toml", type = "type a" }'
             ["the file does not exist", "'couplings.toml'"],
         ),
         (TAKEN.replace("couplings", "../couplings"), ENTRY, ["in the folder of its case"]),
-        (TAKEN, "[", ["the file is no TOML"]),
+        (TAKEN, "[", ["the file is not TOML"]),
         (TAKEN, "a = 1\n", ["the catalogue has no tables"]),
         (TAKEN, ENTRY + 'catalogue = "x.toml"\n', ["a catalogue of its own"]),
         (TAKEN, ENTRY.replace("80 kN*m/rad", "80 kN"), ["wrong dimension"]),

@@ -161,7 +161,7 @@ def test_files_outside_the_folder_are_not_touched(tmp_path: Path, name: str) -> 
     (tmp_path / "table.csv").write_text(GOOD)
     folder = tmp_path / "cases"
     folder.mkdir()
-    assert "the file has to lie in the folder of its case" in refused(folder, PRESSURE, name)
+    assert "the file has to be in the folder of its case" in refused(folder, PRESSURE, name)
 
 
 def test_links(tmp_path: Path) -> None:
@@ -169,7 +169,7 @@ def test_links(tmp_path: Path) -> None:
     folder = tmp_path / "cases"
     folder.mkdir()
     (folder / "link.csv").symlink_to(tmp_path / "table.csv")
-    assert "has to lie in the folder" in refused(folder, PRESSURE, "link.csv")
+    assert "has to be in the folder" in refused(folder, PRESSURE, "link.csv")
     (folder / "round.csv").symlink_to(folder / "round.csv")
     refused(folder, PRESSURE, "round.csv")
     (folder / "dead.csv").symlink_to(folder / "nothing.csv")

@@ -48,13 +48,13 @@ def test_words(tmp_path: Path, case: str, change: str, place: str, words: list[s
     assert "one.toml:" in outcome.err and "1 error in" in outcome.err, outcome.err
 
 
-ZERO = row("one", PHASE, "-1 rad", "1 rad", RIGID, f'also = ["{RADIUS}"]', 'target = "1 N"')
+ZERO = row("one", PHASE, "-1 rad", "1 rad", RIGID, f'scaled_with = ["{RADIUS}"]', 'target = "1 N"')
 FIRST = PHASE.replace("[1]", "[0]")
-BELOW = row("one", FIRST, "-1 rad", "1 rad", RIGID, f'also = ["{ROD}"]', "target = 1")
+BELOW = row("one", FIRST, "-1 rad", "1 rad", RIGID, f'scaled_with = ["{ROD}"]', "target = 1")
 LISTED = HEAD.replace('stiffness = "10000 N/m"', "stiffness = [10000, 10000, 10000]")
 STUDY = f"""
 [optimisation]
-variables = [{{ key = "{DAMPING}", lower = 1, upper = 100 }}]
+variables = [{{ key = "{DAMPING}", min = 1, max = 100 }}]
 objective = {{ quantity = "{FORCE}" }}
 """
 
@@ -104,7 +104,7 @@ RESONANT = undamped().replace('"500 rad/s"', repr((ARMS * 1e4 / INERTIA) ** 0.5)
             HEAD,
             [
                 NONE,
-                row("bound", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'seek = "minimum"'),
+                row("bound", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'sense = "min"'),
                 row("same", DAMPING, "1", "100", FREQUENCY, 'target = "10 Hz"'),
             ],
             (

@@ -55,7 +55,7 @@ def test_a_reading_of_the_roll_mends_the_line(tmp_path: Path) -> None:
         (
             "order, x, y, level, amplitude\n1, 0, 0, 90, 1\n",
             "scan.amplitude",
-            "amplitude and level exclude each other",
+            "amplitude and level are mutually exclusive",
         ),
         ("order, x, y, level\n4, 0, 0, 90\n", "scan.order.0", "of no harmonic"),
         (
@@ -88,7 +88,7 @@ cylinders = [{ name = "1" }]
     assert record["measurement/frequency"].values[1] == pytest.approx(2.0 * 94.2477796, rel=1e-8)
     twice = replaced("orders =", 'base_frequency = "15 Hz"\norders =', text)
     (problem,) = problems(tmp_path, twice)
-    assert problem.path == ("measurement", "base_frequency") and "stands twice" in problem.message
+    assert problem.path == ("measurement", "base_frequency") and "is given twice" in problem.message
 
 
 def test_contradicting_levels_are_a_failure_with_their_size(tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def test_demand_beyond_breakdown(case: Path) -> None:
 @pytest.mark.parametrize("hold", long_but([False, True], False))
 def test_a_stall_below_breakdown(case: Path, hold: bool) -> None:
     scaled(case, 3.2)
-    words = said(case, *(["machine.motor.beyond=hold"] if hold else []))
+    words = said(case, *(["machine.motor.extrapolation=hold"] if hold else []))
     assert "from any speed the machine comes to a standstill" in words
     assert "mean demand of 970.373 N*m is below the breakdown torque of 1009 N*m" in words
     assert "a heavier rotor carries it through" in words
@@ -78,10 +78,10 @@ def test_slip_beyond_the_table(case: Path) -> None:
     path.write_text("\n".join(lines[: head + 5]) + "\n")
     words = said(case)
     assert "beyond the motor's table, which ends at" in words
-    assert 'machine.motor.beyond = "hold"' in words
+    assert 'machine.motor.extrapolation = "hold"' in words
     outcome = command(
         "run", str(case), "-q", "-o", str(case.with_suffix(".h5")), "--set",
-        "machine.motor.beyond=hold",
+        "machine.motor.extrapolation=hold",
     )  # fmt: skip
     assert outcome.code == 0, outcome.err
 

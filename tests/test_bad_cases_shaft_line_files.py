@@ -82,12 +82,12 @@ def test_refused(file: str, change: str, line: str, words: list[str], tmp_path: 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"", "no JSON"),
+        (b"", "not JSON"),
         (b"\xff\xfe{}", "is a text in UTF-16\n  help: save it in UTF-8"),
         (b"[1, 2]", "it has a list; wanted: 'components'"),
-        (b"[" * 100_000, "no JSON that can be read"),
+        (b"[" * 100_000, "not readable JSON"),
         (b'{"components": []}', "the file has no components"),
-        (b'{"components": [' + b"9" * 5000 + b"]}", "no JSON that can be read"),
+        (b'{"components": [' + b"9" * 5000 + b"]}", "not readable JSON"),
         (b'{"components": [{"name": "\\ud800", "elements": []}]}', "components[0] has no name"),
         (b'{"components": [7, {"name": 3}]}', "components[0] has no name"),
         (b" " * (LARGEST_FILE + 1), "is larger than"),

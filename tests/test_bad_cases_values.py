@@ -34,8 +34,8 @@ START_UP = {
 }
 TUNE = {
     "orders": [1, 3],
-    "gain": {"lower": 1.0, "upper": 9.0},
-    "acceleration_feedback": {"lower": "-1 s", "upper": "0 s"},
+    "gain": {"min": 1.0, "max": 9.0},
+    "acceleration_feedback": {"min": "-1 s", "max": "0 s"},
     "gain_margin": "6 dB",
     "phase_margin": "30 deg",
     "delay_margin": "1 ms",

@@ -138,20 +138,20 @@ STUDIES = {
     "find": f"""[[find]]
 name = "one"
 key = "machine.secondary.mass_ratio"
-lower = 0.1
-upper = 0.2
+min = 0.1
+max = 0.2
 quantity = "{LARGEST}"
 where = {{ curve = "locked" }}
 change = 0.001
 """,
     "objective": f"""[optimisation]
 objective = {{ quantity = "{LARGEST}", where = {{ curve = "locked" }} }}
-variables = [{{ key = "machine.secondary.mass_ratio", lower = 0.1, upper = 0.2 }}]
+variables = [{{ key = "machine.secondary.mass_ratio", min = 0.1, max = 0.2 }}]
 """,
     "second": f"""[optimisation]
 objective = {{ quantity = "{LARGEST}", where = {{ curve = "as given" }} }}
 second_objective = {{ quantity = "{LARGEST}", where = {{ curve = "locked" }} }}
-variables = [{{ key = "machine.secondary.mass_ratio", lower = 0.1, upper = 0.2 }}]
+variables = [{{ key = "machine.secondary.mass_ratio", min = 0.1, max = 0.2 }}]
 """,
 }
 

@@ -21,6 +21,7 @@ from vibecalc.torsion.as_published import (
     series_damping,
     twist_on_criticals,
 )
+from vibecalc.torsion.holzer import holzer_table, relative_residual
 from vibecalc.torsion.line import chain, stiffness_matrix
 
 FREQUENCY, SHAPE, INERTIA = modes(8)
@@ -75,6 +76,21 @@ def test_empirical_magnifier_only_for_the_resonant_order():
     double = modal_excitation(2.0 * SHAPE[1:], FREQUENCY[1:], INERTIA, TORQUE)
     resonant = np.diff(twist_on_criticals(double, ORDER), axis=-1, prepend=0.0)[c, w, w]
     assert 2.0 * resonant / term[c, w, w] == pytest.approx(2.0**0.25, rel=1e-9)
+
+
+def test_the_residual_of_holzers_table_is_the_product_of_its_roots():
+    """sigma_3 of eq. 4.12, figures 4.11 and 4.20: J w^2 times all 1 - (w / W)^2."""
+    line = chain(source.DAMPED_INERTIA, source.DAMPED_STIFFNESS)
+    driven = np.linspace(0.0, 1.05 * FREQUENCY[-1], 801)[1:]
+    left = holzer_table(line, driven).sum_torque[:, -1]
+    roots = np.prod(1.0 - (driven[:, None] / FREQUENCY[1:]) ** 2, axis=1)
+    expected = driven**2 * np.sum(source.DAMPED_INERTIA) * roots
+    assert left == pytest.approx(expected, rel=1e-6, abs=1e-9 * np.abs(expected).max())
+    share = relative_residual(line, driven)
+    assert np.abs(share).max() <= 1.0 + 1e-12 and share[0] == pytest.approx(1.0, abs=1e-3)
+    assert np.array_equal(np.sign(share), np.sign(left))
+    met = np.flatnonzero(np.diff(np.sign(share)))
+    assert np.all((driven[met] < FREQUENCY[1:]) & (FREQUENCY[1:] < driven[met + 1]))
 
 
 def test_errors_of_a_twist_hold_close_to_a_critical():

@@ -51,11 +51,13 @@ starts = 3
 WEIGHT, SHAFT = "machine.crank_train.counterweights", "machine.crank_train.balance_shafts"
 ROOT = "optimisation/"
 #: a phase that takes another key along
-TURNED = f'{{{{ key = "{WEIGHT}[0].phase", lower = "0 deg", upper = "360 deg", with = [{{}}] }}}}'
+TURNED = (
+    f'{{{{ key = "{WEIGHT}[0].phase", min = "0 deg", max = "360 deg", followed_by = [{{}}] }}}}'
+)
 
 
 def _variable(key: str, lower: str, upper: str, ties: str = "") -> str:
-    return f'{{ key = "{key}", lower = "{lower}", upper = "{upper}"{ties} }}'
+    return f'{{ key = "{key}", min = "{lower}", max = "{upper}"{ties} }}'
 
 
 def _both(which: str, index: int, most: str) -> list[str]:
@@ -135,8 +137,8 @@ def test_a_limit_that_the_best_balance_breaks_is_searched_for_above_the_lower_bo
 def test_keys_that_follow_a_variable_keep_to_it(tmp_path: Path) -> None:
     variables = []
     for which, most in ((WEIGHT, "0.2 kg*m"), (SHAFT, "0.02 kg*m")):
-        follows = f', with = [{{ key = "{which}[1].unbalance" }}]'
-        opposite = f', with = [{{ key = "{which}[1].phase", offset = "180 deg" }}]'
+        follows = f', followed_by = [{{ key = "{which}[1].unbalance" }}]'
+        opposite = f', followed_by = [{{ key = "{which}[1].phase", offset = "180 deg" }}]'
         variables.append(_variable(f"{which}[0].unbalance", "0 kg*m", most, follows))
         variables.append(_variable(f"{which}[0].phase", "0 deg", "360 deg", opposite))
     loaded = load_checked([_file(tmp_path, variables)])[0]
@@ -182,8 +184,8 @@ def test_an_optimum_at_the_ends_of_a_turn_is_on_no_bound() -> None:
         ),
         (TURNED.format('{ key = "machine.kind" }'), "the optimiser cannot change this key"),
         (
-            f'{{ key = "{WEIGHT}[0].unbalance", lower = "0 kg*m", upper = "0.2 kg*m",'
-            f' with = [{{ key = "{WEIGHT}[1].unbalance", factor = -1 }}] }}',
+            f'{{ key = "{WEIGHT}[0].unbalance", min = "0 kg*m", max = "0.2 kg*m",'
+            f' followed_by = [{{ key = "{WEIGHT}[1].unbalance", factor = -1 }}] }}',
             "would take a value that it must not have",
         ),
         (

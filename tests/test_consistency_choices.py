@@ -130,7 +130,7 @@ def test_many_combinations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     study = Optimisation(
         objective=Objective(quantity="none"),
         starts=1,
-        variables=(Variable(key="x", lower=0, upper=1),),
+        variables=(Variable(key="x", min=0, max=1),),
     )
     for module in (choices_module, combine_module):
         monkeypatch.setattr(module, "MOST_RUNS", 3000)

@@ -34,7 +34,7 @@ SHORT = replaced(
     ("highest = 6", "highest = 3"),
 ) + (
     "as_published = {}\n"
-    'transient = { kind = "load_step", on = "flywheel", torque = "9 N*m", after = "0.05 s" }\n'
+    'transient = { kind = "load_step", on = "flywheel", torque = "9 N*m", time_after = "0.05 s" }\n'
 )
 
 #: a crank and a viscous ring, nothing else; a two-stroke engine's first order, and no other
@@ -104,8 +104,8 @@ def test_find_a_shaft_for_a_frequency(tmp_path: Path) -> None:
 [[find]]
 name = "shaft"
 key = "machine.shaft_line.shafts[0].stiffness"
-lower = "1e4 N*m/rad"
-upper = "1e7 N*m/rad"
+min = "1e4 N*m/rad"
+max = "1e7 N*m/rad"
 quantity = "response/torsion/modes/natural_frequency"
 where = { mode = 2 }
 target = "100 Hz"
@@ -125,7 +125,7 @@ def test_the_damping_that_takes_the_most_heat(tmp_path: Path) -> None:
     """
     search = f"""
 [optimisation]
-variables = [{{ key = "{RING}", lower = "0.5 N*m*s/rad", upper = "50 N*m*s/rad" }}]
+variables = [{{ key = "{RING}", min = "0.5 N*m*s/rad", max = "50 N*m*s/rad" }}]
 objective = {{ quantity = "response/torsion/damper/heat", where = {{ damper = "ring" }}, sense = "max" }}
 starts = 1
 """  # noqa: E501

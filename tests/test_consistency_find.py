@@ -66,13 +66,15 @@ def test_the_stiffness_for_a_frequency_is_a_square_law(tmp_path: Path) -> None:
 
 def test_keys_that_follow_keep_their_ratio(tmp_path: Path) -> None:
     """At one ratio of rod to crank the inertia force goes with the crank radius."""
-    search = row("radius", RADIUS, "2 cm", "20 cm", RIGID, f'also = ["{ROD}"]', 'target = "5 kN"')
+    search = row(
+        "radius", RADIUS, "2 cm", "20 cm", RIGID, f'scaled_with = ["{ROD}"]', 'target = "5 kN"'
+    )
     record = run(tmp_path, search).record
     close(record, "find/radius/ratio", 5000.0 / float(record[RIGID].values), 1e-12)
     value = float(record["find/radius/value"].values)
     alone = run(tmp_path, settings=(f"{RADIUS}={value!r}", f"{ROD}={value / 0.06 * 0.2!r}")).record
     assert float(alone[RIGID].values) == pytest.approx(5000.0, rel=1e-12)
-    only = run(tmp_path, search.replace("also", "# also")).record
+    only = run(tmp_path, search.replace("scaled_with", "# scaled_with")).record
     assert abs(float(only["find/radius/value"].values) - value) > 1e-3
 
 
@@ -95,14 +97,14 @@ def test_an_extreme_at_a_known_place(tmp_path: Path) -> None:
     """With the phase of the 2nd cylinder at zero the cosines cancel, and their sum is largest."""
     quantity = "excitation/balance/total_cosine"
     search = row("phase", PHASE, "-1.1 rad", "4 rad", quantity, "where = { order = 1 }",
-                 'seek = "maximum"')  # fmt: skip
+                 'sense = "max"')  # fmt: skip
     record = run(tmp_path, search, settings=(f"{PHASE}=0.3",)).record
     value = record["find/phase/value"]
     assert abs(float(value.values)) <= value.error_estimate <= 1e-6
     assert abs(float(record["find/phase/reached"].values)) <= 1e-12
     assert "find/phase/wanted" not in record
     low = row("low", PHASE, "-1.1 rad", "4 rad", quantity, "where = { order = 1 }",
-              'seek = "minimum"')  # fmt: skip
+              'sense = "min"')  # fmt: skip
     value = run(tmp_path, low).record["find/low/value"]
     assert abs(float(value.values) - math.pi) <= value.error_estimate <= 1e-6
 
@@ -110,7 +112,7 @@ def test_an_extreme_at_a_known_place(tmp_path: Path) -> None:
 def test_the_ends_of_a_turn_are_one_place(tmp_path: Path) -> None:
     """The sum of sines is that of the phase: half at 30 and 150 degrees, most at 90."""
     quantity, where = "excitation/balance/total_sine", "where = { order = 1 }"
-    most = row("most", PHASE, "90 deg", "450 deg", quantity, where, 'seek = "maximum"')
+    most = row("most", PHASE, "90 deg", "450 deg", quantity, where, 'sense = "max"')
     half = row("half", PHASE, "30 deg", "390 deg", quantity, where, "target = 0.5")
     record = run(tmp_path, most, half).record
     assert not [text for text in record.warnings if "find" in text]
@@ -143,9 +145,11 @@ def test_a_resonance_between_the_bounds_is_gone_around_and_said(tmp_path: Path) 
 def test_paths_units_plan_and_file_say_the_same(tmp_path: Path) -> None:
     searches = [
         row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"'),
-        row("radius", RADIUS, "2 cm", "20 cm", RIGID, f'also = ["{ROD}"]', 'change = "-1 kN"'),
+        row(
+            "radius", RADIUS, "2 cm", "20 cm", RIGID, f'scaled_with = ["{ROD}"]', 'change = "-1 kN"'
+        ),
         row("phase", PHASE, "-1 rad", "4 rad", "excitation/balance/total_cosine",
-            "where = { order = 1 }", 'seek = "minimum"'),
+            "where = { order = 1 }", 'sense = "min"'),
     ]  # fmt: skip
     reference = '\n[[reference]]\nquantity = "find/ten/value"\nvalue = "39.2 N/mm"\n'
     reference += 'source = "a page"\n\n[[limit]]\nquantity = "find/radius/ratio"\nmin = 0.5\n'

@@ -112,7 +112,7 @@ def test_the_shipped_case_finds_the_truth_behind_its_noise() -> None:
 ONE = """
 [fit]
 variables = [
-  { key = "machine.mounts.each.stiffness", lower = "20 N/mm", upper = "500 N/mm" }, OTHER
+  { key = "machine.mounts.each.stiffness", min = "20 N/mm", max = "500 N/mm" }, OTHER
 ]
 starts = 0
 [[reference]]
@@ -158,7 +158,7 @@ def test_a_natural_frequency_gives_the_stiffness_by_hand(tmp_path: Path) -> None
 
 
 def test_stiffness_and_inertia_are_not_told_apart_by_frequencies(tmp_path: Path) -> None:
-    inertia = '{ key = "machine.body.inertia[1]", lower = 4.5, upper = 10.0 }'
+    inertia = '{ key = "machine.body.inertia[1]", min = 4.5, max = 10.0 }'
     record = execute(load_checked([case_of(tmp_path, inertia)])[0]).record
     assert any(
         "cannot separate machine.mounts.each.stiffness and machine.body.inertia[1]" in one

@@ -18,7 +18,7 @@ MISFIRE, TORQUE = "response.torsion.misfire[0]", "response/torsion/torque_half_r
 LINE = ("reference=[]", "reference_table=[]", "limit=[]")
 LOSS, FORCE = "machine.mounts.each.loss_factor", "isolation/support_force/steady_peak"
 DAMPING = "machine.mounts.each.damping"
-BOUNDS = "lower = 0.01, upper = 0.3"
+BOUNDS = "min = 0.01, max = 0.3"
 
 
 def test_a_misfire_in_a_sweep_is_that_of_single_runs() -> None:

@@ -1,4 +1,4 @@
-"""Claim: a pump on two mounts moves as a body with all six freedoms would, and its report tells it.
+"""Claim: a pump on two mounts moves as a body with six dof would, and its report tells it.
 
 The planar model is held against the rigid body on four mounts that are even about the plane of the
 crank, the torque against that of an engine with the same pressure in a table.

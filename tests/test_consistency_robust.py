@@ -2,6 +2,7 @@
 is that of mean plus deviations.
 """
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -125,3 +126,63 @@ def test_refused(tmp_path: Path, case: str, change: str, place: str, words: list
     said = refused(path)
     for word in (place, *words):
         assert word in said, said
+
+
+#: an absorber whose spring and damper are sought for the least of its two peaks
+ABSORBER = """schema = 1
+title = "absorber"
+[machine]
+kind = "absorber"
+primary = { damping_ratio = 0.01 }
+secondary = { mass_ratio = 0.05, stiffness_ratio = 0.04, damping_over_primary_critical = 0.02 }
+[response.absorber]
+[optimisation]
+objective = { quantity = "response/absorber/largest" }
+starts = 2
+variables = [
+  { key = "machine.secondary.stiffness_ratio", min = 0.02, max = 0.1 },
+  { key = "machine.secondary.damping_over_primary_critical", min = 1e-3, max = 0.2 },
+]
+"""
+SCATTERED = """[optimisation.robust]
+tolerances = [
+  { key = "machine.primary.damping_ratio", deviation = "3 %" },
+  { key = "machine.secondary.damping_over_primary_critical", half_width = "20 %" },
+]
+sigmas = 2
+samples = 16
+"""
+
+
+def test_machines_of_several_candidates_at_once_are_those_of_each_alone(tmp_path: Path) -> None:
+    binding = written(tmp_path, ABSORBER + SCATTERED)
+    points = binding.lower + (binding.upper - binding.lower) * np.array([[0.1, 0.6], [0.5, 0.4]])
+    wanted = frozenset({"response/absorber/largest"})
+    binding.ahead(points)
+    for point in points:
+        alone = binding.machines_at(point, binding.scatter, wanted)
+        parts, _, errors = binding.evaluate(point)
+        middle, apart, _ = alone.moments("response/absorber/largest", {}, "max")
+        assert parts[0] == pytest.approx(middle + 2.0 * apart, rel=1e-14) and errors[0] < 1e-9
+
+
+def test_the_least_of_two_peaks_is_the_tuning_in_closed_form(tmp_path: Path) -> None:
+    """Each peak is smooth where they are alike: few points, and the last digits."""
+    found = run(tmp_path, ABSORBER).record
+    data = tomllib.loads(ABSORBER.split("[optimisation]")[0]) | {"tuning": {"kind": "free"}}
+    del (
+        data["machine"]["secondary"]["stiffness_ratio"],
+        data["machine"]["secondary"]["damping_ratio"],
+    )
+    tuned = run_case(validate(data))
+    objective, peak = found["optimisation/objective"], tuned["tuning/peak"]
+    assert float(objective.values) == pytest.approx(float(peak.values), rel=1e-12)
+    assert float(objective.error_estimate) < 1e-10
+    for key, name in (
+        ("stiffness_ratio", "stiffness_ratio"),
+        ("damping_ratio", "damping_over_primary_critical"),
+    ):
+        sought = found[f"optimisation/variable/machine.secondary.{key}"]
+        there = float(tuned[f"tuning/{name}"].values)
+        assert abs(float(sought.values) - there) <= 2.0 * sought.error_estimate + 1e-12
+    assert int(found["optimisation/evaluations"].values) < 500

@@ -136,8 +136,8 @@ def test_what_is_found_keeps_its_margins():
 @pytest.mark.long
 def test_a_search_may_look_at_orders_that_are_not_shown():
     tune = {
-        "orders": [3], "gain": {"lower": 1.0, "upper": 5.0},
-        "acceleration_feedback": {"lower": -1.0, "upper": 1.0},
+        "orders": [3], "gain": {"min": 1.0, "max": 5.0},
+        "acceleration_feedback": {"min": -1.0, "max": 1.0},
     }  # fmt: skip
     record = record_of(orders=2, tune=tune)
     assert value_of(record, "tuned/level").shape == (2,)

@@ -117,7 +117,7 @@ def test_pressure_times_area_and_own_tables() -> None:
     drive = roll_drive(found, "linear")
     assert drive.gas[2] is not None and not drive.holds
     assert float(force_at(drive.gas[2], np.array([0.25 * math.pi]))[0]) == pytest.approx(4500.0)
-    assert roll_drive(parts(machine__motor__beyond="hold")).holds
+    assert roll_drive(parts(machine__motor__extrapolation="hold")).holds
 
 
 def test_cylinders_that_do_not_work() -> None:

@@ -109,5 +109,5 @@ def test_rotor_nearby_a_shaft_line_is_refused() -> None:
     twice = replaced(
         ON_BODY, ("[machine.shaft_line]", "[machine.rotor]\ninertia = 1\n[machine.shaft_line]")
     )
-    with pytest.raises(CaseError, match="rotor and shaft_line exclude each other"):
+    with pytest.raises(CaseError, match="rotor and shaft_line are mutually exclusive"):
         loaded_of(twice)

@@ -309,7 +309,7 @@ def test_a_damping_that_fades_leaves_no_resonance_out() -> None:
 
 @pytest.mark.long
 def test_in_a_passage_the_dampings_are_those_of_its_mean_speed() -> None:
-    change = {"kind": "run_up", "from": 70.0, "to": 130.0, "duration": 3.0, "after": 0.2}
+    change = {"kind": "run_up", "from": 70.0, "to": 130.0, "duration": 3.0, "time_after": 0.2}
     found = []
     for over, damping in (({"exponent": 2, "reference": 80.0}, 25.0), (None, 25.0 * 1.25**2)):
         case = machine(

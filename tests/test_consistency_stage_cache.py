@@ -44,7 +44,7 @@ SHORTER = {
     "compressor_switching": (
         "response.switching.run_down='0.1 s'",
         "response.switching.run_up='0.1 s'",
-        "response.switching.after='0.1 s'",
+        "response.switching.time_after='0.1 s'",
     ),
 }
 QUICK = ("generator", "compressor_a", "compressor_motor", "generator_180")

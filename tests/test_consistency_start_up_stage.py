@@ -162,8 +162,10 @@ def test_a_machine_that_does_not_start_is_a_result_and_said() -> None:
 
 def test_a_slip_beyond_the_table_is_refused_with_the_way_out() -> None:
     data = table(duration=0.5, crank_angle=1.0, load=None)
-    del data["machine"]["motor"]["beyond"]
-    with pytest.raises(NumericalFailure, match=r"the gas turns it backward.*beyond = .hold."):
+    del data["machine"]["motor"]["extrapolation"]
+    with pytest.raises(
+        NumericalFailure, match=r"the gas turns it backward.*extrapolation = .hold."
+    ):
         run(data)
 
 

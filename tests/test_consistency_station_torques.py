@@ -79,7 +79,7 @@ def test_what_cannot_follow_the_speed_has_no_critical_speed() -> None:
 
 BLADES = [
     {"on": "propeller", "blades": 4, "torques": ["900 N*m", "150 N*m"], "phases": [0.4, 1.1]},
-    {"on": "generator", "orders": [3], "of": "crankshaft", "torques": ["70 N*m"]},
+    {"on": "generator", "orders": [3], "orders_of": "crankshaft", "torques": ["70 N*m"]},
 ]
 
 
@@ -219,7 +219,13 @@ def test_before_a_step_the_line_vibrates_as_it_does_steadily() -> None:
         {"on": "pump", "blades": 5, "shares": [0.05, 0.01], "phases": [0.0, 1.2]},
         {"on": "motor", "frequencies": [200.0 * math.pi], "torques": [6.0]},
     ]
-    step = {"kind": "load_step", "on": "pump", "torque": 40.0, "before": 3.0, "after": 0.5}
+    step = {
+        "kind": "load_step",
+        "on": "pump",
+        "torque": 40.0,
+        "time_before": 3.0,
+        "time_after": 0.5,
+    }
     made = changing(step, excitations=orders)
     seen = np.asarray(made[f"{ROOT}/transient/steady_before"].values)
     # a window of some turns is no proof that the two cycles have met in every phase
@@ -244,7 +250,7 @@ def test_a_slow_passage_reaches_what_stands_at_the_resonance(exponent: float) ->
 @pytest.mark.long
 def test_a_clutch_takes_a_pump_along_without_any_cylinder() -> None:
     engage = {
-        "kind": "clutch_in", "clutch": "coupling", "driven_speed": "0 rpm", "after": 6.0,
+        "kind": "clutch_in", "clutch": "coupling", "driven_speed": "0 rpm", "time_after": 6.0,
         "friction_torque": "400 N*m",
     }  # fmt: skip
     given = {"on": "motor", "orders": [1], "torques": ["0 N*m"]}
@@ -257,7 +263,7 @@ def test_a_clutch_takes_a_pump_along_without_any_cylinder() -> None:
 
 
 def test_a_cylinder_that_stops_firing_takes_its_own_orders_along_and_no_others() -> None:
-    stops = {"kind": "misfire_onset", "cylinder": "3", "before": 0.05, "after": 0.1}
+    stops = {"kind": "misfire_onset", "cylinder": "3", "time_before": 0.05, "time_after": 0.1}
     asked = {"misfire_kind": "motored", "orders": {"step": 0.5, "count": 8}, "transient": stops}
     still = [{**one, "torques": [0.0] * len(one["torques"])} for one in BLADES]
     found = []

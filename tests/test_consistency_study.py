@@ -51,7 +51,7 @@ def test_points_that_are_no_machine_are_counted_and_said(tmp_path: Path) -> None
     head = (CASES / "four_cylinder.toml").read_text(encoding="utf-8").split("[optimisation]")[0]
     study = """
 [optimisation]
-variables = [{ key = "machine.crank_train.rod_length", lower = "20 mm", upper = "400 mm" }]
+variables = [{ key = "machine.crank_train.rod_length", min = "20 mm", max = "400 mm" }]
 objective = { quantity = "excitation/residual" }
 starts = 4
 """

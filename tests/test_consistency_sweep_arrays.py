@@ -146,7 +146,7 @@ CYLINDERS = "machine.crank_train.cylinders"
     ("name", "key", "values", "path", "part"),
     [
         ("balance_v8", f"{CYLINDERS}[2].position", [-0.05, -0.15], "excitation/force_peak",
-         "stand at one place"),
+         "are at the same place"),
         ("compressor_impact", "machine.speed", [361.0, 0.5],
          "excitation/force_peak", "would take too long"),
         ("absorber", "machine.secondary.mass_ratio", [0.1, 2e4], "tuning/peak",
@@ -206,9 +206,9 @@ def test_random_sweeps_of_shipped_cases(name: str) -> None:
 @pytest.mark.parametrize(
     ("key", "values", "part"),
     [
-        ("machine.body.inertia[1]", [8.0, 0.5, 14.1], "no body has these moments"),
-        ("machine.body.inertia_products[2]", [0.1, 8.4, 9.0], "no body has these"),
-        ("machine.mounts.each.stiffness", [0.0, 1e4], "leave the body free to pitch"),
+        ("machine.body.inertia[1]", [8.0, 0.5, 14.1], "impossible moments"),
+        ("machine.body.inertia_products[2]", [0.1, 8.4, 9.0], "impossible"),
+        ("machine.mounts.each.stiffness", [0.0, 1e4], "do not restrain the body in pitch"),
         ("machine.mounts.positions[0][0]", [-0.4, -0.5], ""),
         ("machine.speed", [1e-21, 100.0], "too small"),
         ("machine.crank_train.cylinders[0].crank_phase", [1.0, 2e6], "too large"),

@@ -27,7 +27,7 @@ def switching(**options: Any) -> Table:
     table = shipped("compressor_switching")
     table["accuracy"] = {"rtol": 1e-9}
     table["response"]["energies"] = False
-    times = {"run_down": "0.3 s", "stand": "0.05 s", "run_up": "0.2 s", "after": "0.5 s"}
+    times = {"run_down": "0.3 s", "dwell": "0.05 s", "run_up": "0.2 s", "time_after": "0.5 s"}
     table["response"]["switching"] |= times | options
     return table
 
@@ -92,7 +92,8 @@ class Machine:
 def course_of(table: Table, before: list[str], after: list[str]) -> Course:
     options = table["response"]["switching"]
     down, stand, up, end = (
-        float(options[key].removesuffix(" s")) for key in ("run_down", "stand", "run_up", "after")
+        float(options[key].removesuffix(" s"))
+        for key in ("run_down", "dwell", "run_up", "time_after")
     )
     speed = 361.0
     back = speed * (-1.0 if options["reverses"] else 1.0)

@@ -38,9 +38,8 @@ def value(record: Record, name: str) -> np.ndarray:
 def test_without_damping_the_steady_vibration_has_no_bound() -> None:
     text = GENSET.replace("loss_factor = 0.1, ", "").replace(', damping = "5 N*m*s/rad"', "")
     text = re.sub(r"dampers = .*\n", "", text)
-    change = (
-        'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "1 s", after = "0.1 s"'
-    )
+    change = 'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "1 s"'
+    change += ', time_after = "0.1 s"'
     names = ("peak_half_range", "steady_half_range", "overshoot")
     record = run(change, text, names)
     assert np.all(np.isinf(value(record, "steady_half_range")))
@@ -49,7 +48,7 @@ def test_without_damping_the_steady_vibration_has_no_bound() -> None:
 
 
 def test_after_a_jolt_the_mode_of_the_coupling_counts() -> None:
-    change = 'kind = "load_step", on = "generator", torque = "300 N*m", after = "0.2 s"'
+    change = 'kind = "load_step", on = "generator", torque = "300 N*m", time_after = "0.2 s"'
     record = run(change, wanted=EQUIVALENT)
     natural = build_setup(validate(tomllib.loads(GENSET))).modes.frequency
     gap = np.abs(natural - value(record, "equivalent/frequency")[0])
@@ -64,9 +63,8 @@ def test_a_stop_is_a_run_down_without_fuel() -> None:
     names = ("peak_half_range", "steady_half_range", "peak_half_range_speed")
     stop = run('kind = "stop", from = "1000 rpm", duration = "1.5 s"', wanted=names)
     motored = GENSET + 'misfire = ["1", "2", "3"]\nmisfire_kind = "motored"\n'
-    down = (
-        'kind = "run_down", from = "1000 rpm", to = "40 rpm", duration = "1.5 s", after = "0.1 s"'
-    )
+    down = 'kind = "run_down", from = "1000 rpm", to = "40 rpm", duration = "1.5 s"'
+    down += ', time_after = "0.1 s"'
     slowed = run(down, motored, names)
     first = slice(0, 3)  # whose largest are at the begin
     for name in names[1:2]:
@@ -79,11 +77,11 @@ def test_a_stop_is_a_run_down_without_fuel() -> None:
 
 
 def test_a_table_that_steps_up_is_the_load_step() -> None:
-    step = run('kind = "load_step", on = "generator", torque = "300 N*m", after = "0.3 s"')
+    step = run('kind = "load_step", on = "generator", torque = "300 N*m", time_after = "0.3 s"')
     rows = 'time = ["0 s", "1 s"], torque = ["300 N*m", "300 N*m"]'
     wanted = ("peak", "steady_after", "dynamic_factor")
     table = run(
-        f'kind = "torque_history", on = "generator", history = {{ {rows} }}, after = "0.3 s"',
+        f'kind = "torque_history", on = "generator", history = {{ {rows} }}, time_after = "0.3 s"',
         wanted=wanted,
     )
     # no station has absolute damping: what moves the line as a whole twists nothing
@@ -94,7 +92,7 @@ def test_a_table_that_steps_up_is_the_load_step() -> None:
 def test_a_clutch_from_case_to_report() -> None:
     change = (
         'kind = "clutch_in", clutch = "coupling", driven_speed = "100 rpm", '
-        'friction_torque = "6 kN*m", engaging_time = "0.2 s", after = "0.6 s", '
+        'friction_torque = "6 kN*m", engaging_time = "0.2 s", time_after = "0.6 s", '
         'counting = { sections = ["coupling"], changes = 1000 }'
     )
     result = torsion_samples.run(f"{GENSET}transient = {{ {change} }}\n", "clutched")

@@ -34,7 +34,7 @@ CURVES = f"""
 irregularity = [{{ on = "generator", pole_pairs = 3 }}, {{ on = "flywheel" }}, {{ on = "wheel" }}]
 [[response.torsion.curves]]
 on = "tail"
-of = ["torque", "stress", "twist"]
+quantities = ["torque", "stress", "twist"]
 {EVERY}
 measured = {{ speed = ["600 rpm", "731 rpm"], order = [0, 1.5], torque = ["2 kN*m", "1.1 kN*m"] }}
 [[response.torsion.curves]]
@@ -43,11 +43,11 @@ on = "rubber"
 on = "teeth"
 [[response.torsion.curves]]
 on = "generator"
-of = ["angle", "angular_speed", "angular_acceleration"]
+quantities = ["angle", "angular_speed", "angular_acceleration"]
 {EVERY}
 [[response.torsion.curves]]
 on = "wheel"
-of = ["angular_acceleration", "angle", "angular_speed"]
+quantities = ["angular_acceleration", "angle", "angular_speed"]
 {EVERY}
 [[response.torsion.limits]]
 curve = {{ speed = ["500 rpm", "1300 rpm"], stress = ["40 MPa", "60 MPa"] }}

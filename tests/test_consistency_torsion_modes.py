@@ -6,7 +6,7 @@ from long_but import long_but
 from torsion_lines import HARD, assert_every_mode, engine, hard_chain, network, star
 
 from vibecalc.torsion.holzer import holzer_table
-from vibecalc.torsion.line import Line, stiffness_matrix
+from vibecalc.torsion.line import Line, lines_of, stiffness_matrix
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.modes_of_tree import riccati_frequencies
 
@@ -117,6 +117,12 @@ def test_a_holzer_table_goes_by_branches() -> None:
     assert table.angle == pytest.approx(shape / shape[:, :1], rel=1e-9, abs=1e-9)
     torque = found.frequency[:, None] ** 2 * line.inertia[rows.freedom] * table.angle
     assert np.all(np.abs(table.sum_torque[:, -1]) <= 1e-9 * np.abs(torque).max(axis=1))
+    # a line that is another one at each frequency, as with couplings
+    softer = line.stiffness * np.linspace(1.0, 0.8, len(found.frequency))[:, None]
+    own = line._replace(stiffness=softer, loss_factor=np.zeros_like(softer))
+    every = holzer_table(own, found.frequency).sum_torque
+    for one, at, torques in zip(lines_of(own), found.frequency, every, strict=True):
+        assert holzer_table(one, at).sum_torque.tolist() == torques.tolist()
     between = holzer_table(line, np.array(7.7))
     angle = np.empty(10)
     angle[rows.freedom] = between.angle

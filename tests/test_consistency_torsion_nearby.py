@@ -132,5 +132,5 @@ def test_what_a_rule_is_not_for_is_said(tmp_path: Path) -> None:
     assert "no cylinder fires" in warnings(ENGINE + 'misfire = ["1", "2", "3"]')
     assert "no cylinder fires" not in warnings(ENGINE + 'misfire = ["1", "2"]')
     many = refusal(tmp_path, ENGINE + "as_published = { modes = 300 }")
-    assert "more modes are asked for than the line has" in many and "up to 3" in many
+    assert "more modes are requested than the line has" in many and "up to 3" in many
     assert not refusal(tmp_path, ENGINE + "as_published = { modes = 3 }")

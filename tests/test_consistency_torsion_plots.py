@@ -124,6 +124,6 @@ def test_load_against_speed_has_limit_barred_range_and_the_line_without_damper(
     ends = middle.transData.inverted().transform([(one.x0, one.x1) for one in spans])[:, 0]
     assert ends[0] == pytest.approx(RPM * float(values(result, "barred/from")[0]), rel=1e-6)
     # the twist of each section has a panel in another picture; that of a damper is a travel
-    titles = [one.get_title(loc="left").split("\n")[0] for one in made["torsion_dampers"].axes]
+    titles = [one.get_title(loc="left").split("\n")[0] for one in made["torsion_twists"].axes]
     assert sorted(titles) == sorted({*drawn(middle)} - {"front ring"})
     np.testing.assert_allclose(at(drawn(middle)["rear"], grid), 1e-3 * with_it)

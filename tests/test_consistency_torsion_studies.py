@@ -45,8 +45,8 @@ def ends(record: Record, which: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def misfire() -> Result:
-    return of('transient = { kind = "misfire_onset", cylinder = "2", before = "0.17 s", '
-              'after = "0.6 s" }\n')  # fmt: skip
+    return of('transient = { kind = "misfire_onset", cylinder = "2", time_before = "0.17 s", '
+              'time_after = "0.6 s" }\n')  # fmt: skip
 
 
 @pytest.mark.long
@@ -65,7 +65,7 @@ def test_misfire_onset_ends_in_the_steady_response_of_the_misfire() -> None:
 @pytest.mark.long
 def test_step_of_the_load_shares_the_torque_by_inertia() -> None:
     record = of('transient = { kind = "load_step", on = "flywheel", torque = "100 N*m", '
-                'before = "0.17 s", after = "0.6 s" }\n').record  # fmt: skip
+                'time_before = "0.17 s", time_after = "0.6 s" }\n').record  # fmt: skip
     (low, high), (first, last) = ends(record, -1), ends(record, 0)
     change = 0.5 * (high + low - first - last)
     # what stands before a section is slowed down through it, by its share of the inertia
@@ -76,7 +76,7 @@ def test_step_of_the_load_shares_the_torque_by_inertia() -> None:
 @pytest.mark.long
 def test_run_up_has_the_steady_curve_nearby_it_and_lags() -> None:
     change = ('transient = { kind = "run_up", from = "900 rpm", to = "1900 rpm", '
-              'duration = "%s s", after = "0.05 s" }\n')  # fmt: skip
+              'duration = "%s s", time_after = "0.05 s" }\n')  # fmt: skip
     slow, fast = (of(change % t).record for t in ("4", "0.5"))
     for record in (slow, fast):
         found, at = (value(record, f"transient/steady_half_range{end}") for end in ("", "_speed"))

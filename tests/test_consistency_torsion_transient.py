@@ -176,7 +176,8 @@ def test_the_method_of_the_steady_response_is_none_of_the_motion_in_time() -> No
     text = GENSET.replace("loss_factor = 0.1, ", "")
     text += 'damping_model = { kind = "rayleigh", modes = [3, 4], ratios = [0.02] }\n'
     text += (
-        'transient = { kind = "load_step", on = "generator", torque = "100 N*m", after = 0.01 }\n'
+        'transient = { kind = "load_step", on = "generator", torque = "100 N*m", '
+        "time_after = 0.01 }\n"
     )
     methods = ('method = "modal"\n', "")
     by_modes, other = (run_case(validate(tomllib.loads(text + one))) for one in methods)

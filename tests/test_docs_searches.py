@@ -45,5 +45,5 @@ def test_every_path_is_in_the_table(folder: Path) -> None:
     entries = find_entries(load_checked([folder / "finds.toml"])[0].case)
     own = [path.split("/", 2)[2] for path in entries]
     assert reported == {name for name in own if "/" not in name}
-    assert "`also/<key>`" in rows[3] and "`machine/<path>`" in rows[4]
-    assert {name.split("/")[0] for name in own if "/" in name} == {"also", "machine"}
+    assert "`scaled_with/<key>`" in rows[3] and "`machine/<path>`" in rows[4]
+    assert {name.split("/")[0] for name in own if "/" in name} == {"scaled_with", "machine"}

@@ -5,20 +5,21 @@ torsion with which the worst place just keeps its acceptability factor.
 import numpy as np
 import pytest
 
-from vibecalc.torsion.crank_strength import (
+from vibecalc.torsion.question_tables import CrankBending
+from vibecalc.torsion.stress_limits import (
     ACCEPTABILITY,
     CRANKSHAFT_KINDS,
+    SHAFT_KINDS,
     CrankThrow,
     bending_stresses,
     equivalent_stress,
     fatigue_strength,
     permissible_torsion,
     proportions,
+    propulsion_shaft_limits,
     stress_concentration,
     torsion_ratio,
 )
-from vibecalc.torsion.question_tables import CrankBending
-from vibecalc.torsion.stress_limits import SHAFT_KINDS, propulsion_shaft_limits
 
 
 def throw(**changes: float) -> CrankThrow:

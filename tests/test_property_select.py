@@ -28,11 +28,11 @@ def test_every_entry_is_found_by_its_labels(mount: int, direction: int, order: i
 
 
 def test_axes_left_free_keep_their_place_and_labels() -> None:
-    values, labels, *_ = select(FORCE, {"direction": "z"})
-    assert np.array_equal(values, FORCE.values[:, 2, :])
-    assert len(labels) == values.size
-    assert labels[0] == "mount=left front, direction=z, order=1"
-    assert labels[11] == "mount=höger, direction=z, order=2"
+    picked = select(FORCE, {"direction": "z"})
+    assert np.array_equal(picked.values, FORCE.values[:, 2, :])
+    assert len(picked.labels) == picked.values.size
+    assert picked.labels[0] == picked.label(0) == "mount=left front, direction=z, order=1"
+    assert picked.labels[11] == picked.label(11) == "mount=höger, direction=z, order=2"
     assert select(quantity("a/b"), {}).labels == ("",)
 
 

@@ -98,7 +98,7 @@ def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:
 
 def test_a_sampling_has_one_axis_and_values_of_every_key(tmp_path: Path) -> None:
     design = design_of(
-        scattered(STIFFNESS, "uniform", lower="5 N/mm", upper="50 N/mm"),
+        scattered(STIFFNESS, "uniform", min="5 N/mm", max="50 N/mm"),
         spread(SPEED, "1000 rpm", "4000 rpm"),
         axis(MODEL, "pitch", "rigid_body"),
         sampling="sobol",

@@ -59,7 +59,7 @@ def test_equal_ratios_keep_their_ends_and_round_powers():
 
 def test_names_units_and_labels():
     design = design_of(
-        axis(STIFFNESS, "5 N/mm", "6 N/mm", **{"with": [axis(DAMPING, 10, 20)]}),
+        axis(STIFFNESS, "5 N/mm", "6 N/mm", **{"in_step": [axis(DAMPING, 10, 20)]}),
         axis(SPEED, "2000 rpm", "2500 rpm"),
         axis(PHASE, "10 deg", "20 deg"),
         axis(MODEL, "pitch", "rigid_body"),
@@ -80,7 +80,7 @@ def test_a_text_and_a_table_make_the_same_design():
     written = (
         spread(STIFFNESS, "5 N/mm", "50 N/mm", 7, spacing="log"),
         axis(MODEL, "pitch", "rigid_body"),
-        axis(SPEED, "2000 rpm", "3000 rpm", **{"with": [axis(DAMPING, 10, 20)]}),
+        axis(SPEED, "2000 rpm", "3000 rpm", **{"in_step": [axis(DAMPING, 10, 20)]}),
     )
     typed, read = design_of(*tables), design_of(*written)
     assert typed.description() == read.description()

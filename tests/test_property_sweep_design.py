@@ -70,8 +70,8 @@ def test_blocks_of_a_long_sampling_go_on_where_the_one_before_ends():
 
 @pytest.mark.parametrize("sampling", ["sobol", "monte_carlo"])
 def test_runs_for_sobol_indices_exchange_one_axis_at_a_time(sampling):
-    axes = [spread(key, 1, 2, **{"with": []}) for key in (STIFFNESS, DAMPING, SPEED)]
-    axes[1]["with"] = [spread(ORDERS, 4, 8, 5)]
+    axes = [spread(key, 1, 2, **{"in_step": []}) for key in (STIFFNESS, DAMPING, SPEED)]
+    axes[1]["in_step"] = [spread(ORDERS, 4, 8, 5)]
     design = design_of(*axes, sampling=sampling, points=8, indices=True)
     assert design.count == 8 * 5
     runs = design.value_of(np.arange(40)).reshape(8, 5, 4)

@@ -274,3 +274,18 @@ def test_a_peak_between_two_points_next_to_an_undamped_mode(ratio: Any, words: s
     marks = [line.get_xdata().tolist() for line in axes.get_lines() if line.get_marker() == "^"]
     middle = pytest.approx(0.5 * (90.0 + 92.5) * 30.0 / np.pi)
     assert marks == ([[middle]] if ratio == 0.0 else [])
+
+
+def test_results_with_entries_that_nobody_asked_to_keep_are_said() -> None:
+    """A grid keeps single numbers: what gears and couplings have is not lost without a word."""
+    path = "response/torsion/coupling/utilisation"
+    keys = (key(*STIFFNESS),)
+    swept = view([axis_of(keys, np.array([[1.0], [2.0]]))], keys, {DEFLECTION: np.ones(2)})
+    plan = ({"stage": "torsion", "quantities": f"{path}, {DEFLECTION}"},)
+    with_plan = dataclasses.replace(swept.head.result, plan=plan)
+    told = dataclasses.replace(swept, head=dataclasses.replace(swept.head, result=with_plan))
+    text = render_sweep(told)
+    assert "Not stored" in text and "1 result with several entries, along coupling" in text
+    kept = dataclasses.replace(with_plan, case={**with_plan.case, "sweep": {"keep": [DEFLECTION]}})
+    told = dataclasses.replace(swept, head=dataclasses.replace(swept.head, result=kept))
+    assert "Not stored" not in render_sweep(told)

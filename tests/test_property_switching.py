@@ -99,7 +99,7 @@ WANTED = (
 
 @cache
 def with_orders(orders: int | None) -> Record:
-    table = switching(after="1 s")
+    table = switching(time_after="1 s")
     if orders is not None:
         table["excitation"]["orders"] = orders
     return run(table, *WANTED)
@@ -129,7 +129,7 @@ def test_dropped_orders_are_dropped_and_within_the_errors(orders: int) -> None:
 def test_no_peak_is_below_the_steady_motion_after_it_and_a_short_watch_is_reported() -> None:
     paths = (f"{STEM}/steady_energy", *(f"{STEM}/instant/{name}" for name in (
         "kinetic_energy_peak", "peak_time", "peak_speed", "translation_peak")))  # fmt: skip
-    short, long = (run(switching(after=after), *paths) for after in ("1 ms", "1 s"))
+    short, long = (run(switching(time_after=after), *paths) for after in ("1 ms", "1 s"))
     peaks, steady = short[f"{STEM}/instant/kinetic_energy_peak"], short[f"{STEM}/steady_energy"]
     assert np.all(peaks.values >= steady.values[::-1])
     assert peaks.values[0] == steady.values[1] < long[peaks.path].values[0]

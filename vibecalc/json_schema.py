@@ -195,9 +195,8 @@ def _define_same_keys(schema: Schema) -> None:
         while name in schema["$defs"]:
             name += "_"
         reference = {"$ref": f"#/$defs/{name}"}
-        if len(places) * (len(json.dumps(form)) - len(name) - 20) > len(json.dumps(form)) + len(
-            name
-        ):
+        long, short = (len(json.dumps(one)) for one in (form, reference))
+        if len(places) * short + long + len(name) < len(places) * long:
             schema["$defs"][name] = form
             for keys, key in places:
                 keys[key] = reference
@@ -327,7 +326,7 @@ def _joined(rules: list[Schema]) -> list[Schema]:
 
 
 def _not_both(rule: Schema) -> Schema:
-    """A rule of two keys that exclude each other, in a few words; another one as it is."""
+    """A rule of two keys that are mutually exclusive, in a few words; another one as it is."""
     (one, *others), barred = rule.get("if", {}).get("required", [""]), rule.get("then", {})
     if others or barred.keys() != {"properties"} or [*barred["properties"].values()] != [False]:
         return rule

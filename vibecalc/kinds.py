@@ -159,7 +159,7 @@ KINDS: dict[str, Kind] = {
         ),
         instead="shaft_line with excitations, [response.torsion]",
         hints={
-            TRAIN: "what has cylinders is an engine, a compressor or a pump",
+            TRAIN: "a machine with cylinders is an engine, a compressor or a pump",
             (*MACHINE, "motor"): "a motor is a station; its torques are excitations on it",
         },
     ),
@@ -237,7 +237,7 @@ def check_kinds(row: Row) -> Iterator[Problem]:
     if finds and not kind.driven and name in KINDS:
         yield row.problem(
             "motor.kind",
-            f"no motor finds the speed of a machine of kind {name!r}",
+            f"no motor determines the speed of a machine of kind {name!r}",
             found=f"motor kind {motor!r}",
             allowed="kind = 'compressor', or a motor of kind 'torque_harmonics'",
             also="kind",
@@ -245,7 +245,7 @@ def check_kinds(row: Row) -> Iterator[Problem]:
     elif finds and "speed" in machine:
         yield row.problem(
             "speed",
-            f"the speed stands twice: a motor of kind {motor!r} finds it",
+            f"the speed is given twice: a motor of kind {motor!r} finds it",
             allowed="no speed with such a motor, or a motor of kind 'torque_harmonics'",
             hint="the motor brings the machine to the speed at which its torque meets the demand",
             also="motor.kind",
@@ -267,7 +267,7 @@ def _stages(row: Row, kind: Kind, lacking: list[str], finds: bool) -> Iterator[P
     if finds and row.lacks("speed"):
         excused = (("excitation",),) if _runs(row.case) else ()
         others = [path for path in asking if path[-1] not in ROLL and path not in excused]
-        running = "[excitation] may say which cylinders work, with working and idle alone"
+        running = "[excitation] may contain working and idle alone"
         if others:
             yield row.problem(
                 others[0],
@@ -275,7 +275,7 @@ def _stages(row: Row, kind: Kind, lacking: list[str], finds: bool) -> Iterator[P
                 allowed=", ".join(f"[response.{name}]" for name in ROLL) + " with such a motor",
                 hint=f"with such a motor {running}"
                 if others[0] == ("excitation",)
-                else "what is computed at a given speed is a case of its own, with machine.speed",
+                else "results at a given speed need a case with machine.speed",
                 also="motor.kind",
             )
         lacking = [part for part in lacking if part != "speed"]
@@ -284,7 +284,7 @@ def _stages(row: Row, kind: Kind, lacking: list[str], finds: bool) -> Iterator[P
             asking[0],
             f"{_need(asking)} {both([f'machine.{part}' for part in lacking])}",
             allowed=f"{both(lacking)} in [machine]",
-            hint="this kind of machine can do without, but not what is asked of it here",
+            hint="optional for this kind of machine, but needed by this table",
             also="kind",
         )
 

@@ -25,7 +25,7 @@ TELLING = (
         "cyclic_irregularity",
         "gear_torque",
     ),
-    *("torsion_dampers", "torsion_transient", "damping_over_speed", "torsion_curves"),
+    *("torsion_twists", "torsion_transient", "damping_over_speed", "torsion_curves"),
     *("engine_mounts", "torsion_campbell", "torsion_limits", "torsion_speeds", "torsion_vectors"),
     *("main_bearing_polar", "crank_pin_polar", "bearing_loads_over_speed", "torsion_shapes"),
     *("absorber_map", "absorber_surface", "absorber_chart", "absorber_warming", "pendulum"),

@@ -103,3 +103,28 @@ def test_figure_2_12_has_its_high_peaks_near_one():
     found = peaks(Absorber(0.0, mass, 0.0826, damping_from_own_ratio(0.185, mass, 0.0826)))
     high = found.where[found.largest > 5.0]
     assert (printed(high.min(), 3), printed(high.max(), 3)) == (0.859, 1.060)
+
+
+def test_figures_2_7_to_2_16_are_as_the_text_says():
+    """The curves of cases/absorber_damping.toml and cases/absorber_stiffness.toml."""
+    x, own = np.linspace(0.5, 1.5, 2001), np.linspace(0.0, 0.6, 61)[:, None]
+    inside = {}
+    for primary in (0.0, 0.04):
+        drag = damping_from_own_ratio(own, 0.1, 0.0826)
+        size = np.abs(amplitude(Absorber(primary, 0.1, 0.0826, drag), x))
+        locked = np.abs(amplitude(Absorber(primary, 0.1, np.inf, 0.0), x))
+        low, high = np.minimum(size[0], locked), np.maximum(size[0], locked)
+        between = (low * (1.0 - 1e-9) <= size) & (size <= high * (1.0 + 1e-9))
+        inside[primary] = bool(np.all(between))
+    # figure 2.7 against section 2.3.2
+    assert inside == {0.0: True, 0.04: False}
+    # figure 2.15: R keeps its place
+    at = math.sqrt(0.0826 / 0.1)
+    assert printed(at, 4) == 0.9088
+    assert abs(complex(amplitude(Absorber(0.04, 0.1, 0.0826, 0.0), at))) < 1e-12
+    # figures 2.9 and 2.16: best below .1; without damping of the primary bound by no number
+    spring = np.linspace(0.0, 0.3, 301)
+    for primary, best, top in ((0.0, 0.083, np.inf), (0.04, 0.080, 12.51)):
+        found = peaks(Absorber(primary, 0.1, spring, damping_from_own_ratio(0.185, 0.1, spring)))
+        assert spring[np.argmin(found.largest)] == pytest.approx(best)
+        assert found.largest.max() == pytest.approx(top, rel=1e-4)

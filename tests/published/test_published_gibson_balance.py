@@ -11,6 +11,7 @@ import pytest
 from crank_trains import train
 
 from vibecalc.excitation.balance import balance_table
+from vibecalc.excitation.cylinder_torque import bank_sums
 from vibecalc.excitation.inertia_forces import at_speed, reciprocating_excitation
 
 ROOT3 = math.sqrt(3.0)
@@ -128,3 +129,12 @@ def test_why_four_cylinders_do_not_stand_at_quarter_turns() -> None:
     assert flat[1] == pytest.approx([0.0, 0.0], abs=1e-14)
     assert quarter[0] == pytest.approx([0.0, 0.0], abs=1e-14)
     assert quarter[1] == pytest.approx([math.hypot(0.3, 0.1), 0.0], abs=1e-14)
+
+
+def test_missing_firing_of_three_cylinders_on_a_flat_crank():
+    """Section 2.1: torque of the three over that of one, orders 0.5 to 3 of the four-stroke."""
+    orders = np.arange(0.5, 3.1, 0.5)
+    for firing, sums in (((0.0, 240.0, 480.0), (0, 0, 3, 0, 0, 3)),
+                         ((0.0, 180.0, 360.0), (1, 1, 1, 3, 1, 1))):  # fmt: skip
+        found = np.abs(bank_sums(np.radians(firing), orders, 0.0))[0]
+        np.testing.assert_allclose(found, sums, atol=1e-14)

@@ -510,7 +510,7 @@ class Tuning(Table):
         no(
             "temperatures",
             lambda t: OILS.isdisjoint(t.machine),
-            "what warms is an oil, and there is none",
+            "temperatures needs an oil",
             "[machine.gap] with [machine.oil] or oils in stock",
         ),
         no(

@@ -39,7 +39,7 @@ BOUNDS = {"mass": (1e-9, 1e6), "stiffness": (1e-15, 1e9), "damping": (1e-12, 1e6
 TUNED, TUNED_TRANSMITTED, TUNED_SEVERAL = 1e4, 30.0, 10.0
 _LOCKED = "limits = true in [response.absorber] draws a secondary that is locked to the primary"
 _HINTS = {
-    "mass": "with an infinite mass the secondary is a second ground, and nothing is absorbed",
+    "mass": "with an infinite mass the absorber acts as a second ground",
     "stiffness": _LOCKED,
     "damping": _LOCKED,
 }
@@ -164,11 +164,10 @@ def _too_heavy(case: Case) -> Iterator[Problem]:
         if what == "mass" and not drawn and most < ratio <= BOUNDS["mass"][1]:
             yield Problem(
                 path=path,
-                message="with so heavy an absorber the primary hardly counts, and no tuning "
-                "is found",
+                message="no tuning is found for an absorber so much heavier than the primary",
                 found=f"a mass ratio of {ratio:.6g}",
                 allowed=f"<= {most:g} with [tuning]",
-                hint="the heavy one is the ground: exchange primary and secondary",
+                hint="should primary and absorber be exchanged?",
             )
 
 
@@ -197,9 +196,9 @@ def _carried(case: Case) -> Iterator[Problem]:
         ring = circle.args[1][:0:-1]
         yield Problem(
             path=(*SECONDARIES, names.index(ring[0]), "on"),
-            message="these absorbers carry each other, and nothing carries them"
+            message="these absorbers are attached to each other, and none of them to the primary"
             if len(ring) > 1
-            else "an absorber cannot carry itself",
+            else "an absorber cannot be attached to itself",
             found=" on ".join(map(repr, [*ring, ring[0]])),
             allowed=f"one of them on = {PRIMARY!r}",
         )
@@ -216,11 +215,10 @@ def _tuning(case: Case) -> Iterator[Problem]:
         in_chart = damping > 0.0
         yield Problem(
             path=("tuning", "chart", "primary_damping") if in_chart else ("tuning", "kind"),
-            message="there is no optimum: without any damping the response has infinite peaks "
-            "with every spring",
+            message="there is no optimum: without damping every spring leaves infinite peaks",
             found="kind = 'undamped_spring' and an undamped primary",
             allowed="a primary with damping, or another kind",
-            hint="the spring that stills one frequency has K2 / J2 = w^2",
+            hint="the spring that tunes the absorber to one frequency has K2 / J2 = w^2",
             also=("tuning", "kind") if in_chart else ("machine", "primary"),
         )
     bounds = None if tuning.bounds is None else tuning.bounds.stiffness_ratio
@@ -232,7 +230,7 @@ def _tuning(case: Case) -> Iterator[Problem]:
     if not bounds[0] <= ratio <= bounds[1]:
         yield Problem(
             path=("tuning", "frequency"),
-            message="the spring that swings at this frequency is not within its bounds",
+            message="the spring tuned to this frequency is outside its bounds",
             found=f"a stiffness ratio of {ratio:.6g}",
             allowed=f"{bounds[0]:.6g} to {bounds[1]:.6g}",
             also=("tuning", "bounds", "stiffness_ratio"),
@@ -249,7 +247,7 @@ def _curves(case: Case) -> Iterator[Problem]:
     ):
         yield Problem(
             path=("response", "absorber", "vary", "absorber_damping_ratio"),
-            message="without a spring the absorber has no frequency of its own for this ratio",
+            message="without a spring the absorber has no natural frequency for this ratio",
             allowed="damping_over_primary_critical, which is referred to the primary",
             also=("machine", "secondary"),
         )
@@ -290,7 +288,7 @@ def _gap(case: Case) -> Iterator[Problem]:
     if gap is not None and gap.clearance is None and clearance(gap) >= gap.width:
         yield Problem(
             path=GAP,
-            message="a gap as wide as the mass is no film: its damping cannot be determined",
+            message="a gap as wide as the mass is not an oil film: its damping cannot be computed",
             found=f"{clearance(gap):.6g} m, by the rule for its radius",
             allowed=f"< {gap.width:.6g} m, the width of the mass",
             also=(*GAP, "width"),
@@ -313,8 +311,7 @@ def _oil(case: Case) -> Iterator[Problem]:
         if not low <= value <= high:
             yield Problem(
                 path=place,
-                message="the line of the oil leaves the model of viscosity (ASTM D341) before "
-                "this temperature",
+                message="this temperature is outside the oil's viscosity line (ASTM D341)",
                 found=f"{value - ICE:.6g} degC",
                 allowed=f"{low - ICE:.4g} to {high - ICE:.4g} degC",
                 also=(*MACHINE, "oil", "viscosities"),
@@ -342,7 +339,7 @@ def _stock_names(case: Case) -> Iterator[Problem]:
                 arrangement = " x " in name or " in series of " in name
                 yield Problem(
                     path=path,
-                    message="two parts in stock have one name, and none says which is meant",
+                    message="two stock parts have the same name",
                     found=repr(name[:60]),
                     allowed="a name for each" + "; arrangements are named '2 x NAME'" * arrangement,
                     also=first[name],
@@ -377,7 +374,7 @@ def pendulum_problems(case: Case) -> Iterator[Problem]:
     if given.swings is not None and given.swings.to >= end:
         yield Problem(
             path=(*PENDULUM, "swings", "to"),
-            message="the swing goes round: it is half a turn to each side"
+            message="the pendulum goes over the top: its swing is half a turn to each side"
             if goes_round
             else "the swing leaves the path, which ends there in a cusp",
             found=f"{given.swings.to:.6g} rad",

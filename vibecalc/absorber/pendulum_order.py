@@ -200,7 +200,7 @@ def path_exponent(path: str, pendulum: Pendulum) -> np.ndarray:
         raise NumericalFailure(f"no path {path!r} of a pendulum; paths: {', '.join(PATHS)}")
     mass, far, near, _, inertia, rolling, across, _, _ = floats(*pendulum)
     if np.any(inertia != 0.0):
-        raise NumericalFailure("a mass that turns with an arm runs on a circle, not on a cycloid")
+        raise NumericalFailure("a mass that turns with an arm runs on a circle, not a cycloid")
     centre = far + 0.5 * rolling * (across - 0.5 * far) / (mass + 0.25 * rolling)
     return np.asarray(np.sqrt((centre - near) / centre))
 
@@ -213,7 +213,7 @@ def detuning_coefficient(pendulum: Pendulum) -> Bounded:
     """
     bend = np.asarray(pendulum.path_exponent, dtype=float)
     if np.any((bend != 0.0) & (np.asarray(pendulum.swing_inertia) != 0.0)):
-        raise NumericalFailure("a mass that turns with an arm runs on a circle, not on a cycloid")
+        raise NumericalFailure("a mass that turns with an arm runs on a circle, not a cycloid")
     even = path_exponent("epicycloidal", pendulum._replace(swing_inertia=0.0))
     share = np.square(bend / even)
     return Bounded(-(1.0 - share) / 16.0, UNIT_ROUNDOFF * (1.0 + 16.0 * share / even**2))

@@ -18,6 +18,7 @@ from vibecalc.core.report.canvas import (
     gaps,
     note,
     plain_ticks,
+    spread_out,
 )
 from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, level
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
 #: fewer curves are distinguished as curves
 FEWEST = 10
+#: and of more, so many are drawn as curves
+_SOME = 4
 #: decades of the amplitude that are distinguished
 _DECADES = (-1.0, 1.5)
 #: decades of the axis from which on plain numbers would not fit below it
@@ -114,8 +117,10 @@ def _family(result: Result) -> tuple[Panel, ...]:
     if hertz is not None:
         over = replace(over, values=hertz.values / (2.0 * np.pi))
         below = "frequency in Hz"
-    # a long family is a surface, with a picture of its own
-    hidden = varied(curve)[2].tolist() if len(varied(curve)[1]) >= FEWEST else []
+    # a long family is a surface, with a picture of its own: here a few of it
+    places = varied(curve)[2].tolist()
+    some = spread_out(len(places), _SOME) if len(places) >= FEWEST else range(len(places))
+    hidden = sorted({*places} - {places[i] for i in some})
     sizes, phases = list[Curve](), list[Curve]()
     for place, name in enumerate(labels(curve.axes[0])):
         if place in hidden:

@@ -54,7 +54,7 @@ def _primary(row: Row) -> Iterator[Problem]:
     for twice in primary.said(stiff, "natural_frequency") if rod else ():
         yield primary.problem(
             twice,
-            f"the primary's stiffness stands twice: [machine.rod] and {twice} give it",
+            f"the primary's stiffness is given twice: [machine.rod] and {twice} give it",
             allowed=f"{twice}, or a rod with length and shear_modulus: one way or the other",
             also=("machine", "rod"),
         )
@@ -103,8 +103,8 @@ def _secondary(machine: Row, one: Row, built: set[str]) -> Iterator[Problem]:
         if foreign and other != motion and not _mixes(one.data):
             yield one.problem(
                 foreign[0],
-                f"{foreign[0]} is that of {other}, and the primary is "
-                + (f"in {motion}" if motion else "of ratios alone"),
+                f"{foreign[0]} belongs to {other}, and the primary is "
+                + (f"in {motion}" if motion else "given by ratios alone"),
                 allowed=", ".join(
                     (*MOTIONS.get(motion, ()), MASSES[0], STIFFNESSES[0], DAMPERS[0])
                 ),
@@ -120,7 +120,7 @@ def _secondary(machine: Row, one: Row, built: set[str]) -> Iterator[Problem]:
         if sought and given:
             yield one.problem(
                 given[0],
-                f"{given[0]} is fixed, and [tuning] finds the {what}",
+                f"{given[0]} is given, but [tuning] finds the {what}",
                 allowed=f"no {', '.join(alternatives)} next to [tuning], or no [tuning]",
                 hint=f"what is built stands in {hardware}, next to the tuning; tuning.kind and "
                 "tuning.bounds hold a value",
@@ -129,7 +129,7 @@ def _secondary(machine: Row, one: Row, built: set[str]) -> Iterator[Problem]:
         elif given and part in built:
             yield one.problem(
                 given[0],
-                f"the {what} stands twice: {hardware} gives it",
+                f"the {what} is given twice: {hardware} gives it",
                 allowed=f"{given[0]}, or {hardware}: one way or the other",
                 also=("machine", part),
             )
@@ -185,7 +185,7 @@ def _parts(row: Row) -> Iterator[Problem]:
     elif rod is not None and rod.lacks("length", "shear_modulus"):
         yield rod.problem(
             "",
-            "the rod is neither twisted nor bent",
+            "the rod has neither torsion nor bending data",
             allowed="length and shear_modulus, or [machine.flywheel] on its end",
         )
 
@@ -203,7 +203,7 @@ def _springs(row: Row) -> Iterator[Problem]:
     if motion == "torsion" and springs.lacks("radius"):
         yield springs.problem(
             "",
-            "springs of a mass that turns need the radius of their hooks",
+            "springs of a mass in torsion need the radius of their attachment",
             allowed="radius = '140 mm', for example",
         )
     elif motion == "translation" and "radius" in springs:
@@ -225,12 +225,12 @@ def _units(row: Row) -> Iterator[Problem]:
         return
     part, words, allowed = "", "", "a primary with inertia and stiffness"
     if not motion and placed:
-        part, words = placed[0], "has units, and the primary is of ratios alone"
+        part, words = placed[0], "has units, and the primary is given by ratios alone"
     elif motion == "torsion" and moving:
-        part, words = moving[0], "move in a line, and the primary turns"
+        part, words = moving[0], "are for translation, and the primary is in torsion"
         allowed = "[machine.gap] with oils in stock, or a primary with mass and linear_stiffness"
     elif motion == "translation" and turning:
-        part, words = turning[0], "turns, and the primary moves in a line"
+        part, words = turning[0], "is for torsion, and the primary is in translation"
     if part:
         yield row.problem(part, f"[machine.{part}] {words}", allowed=allowed, also=PRIMARY)
 
@@ -269,9 +269,9 @@ def _amplitude(row: Row) -> Iterator[Problem]:
         if not motion or key not in known:
             yield asked.problem(
                 key,
-                f"{key} needs a primary with units, and this one is of ratios alone"
+                f"{key} needs a primary with units, and this one is given by ratios alone"
                 if not motion
-                else f"{key} is that of {other}, and the primary is in {motion}",
+                else f"{key} belongs to {other}, and the primary is in {motion}",
                 allowed=", ".join(known) if motion else "a primary with mass and natural_frequency",
                 also=PRIMARY,
             )
@@ -332,7 +332,7 @@ def _modes(row: Row) -> Iterator[Problem]:
         if mode.lacks("participation"):
             yield mode.problem(
                 "",
-                "a ground that moves drives a mode by its participation, and there is none",
+                "base excitation needs the participation of each mode",
                 allowed="participation, the sum of mass times shape over modal_mass",
             )
 
@@ -354,8 +354,8 @@ def _friction_damper(row: Row) -> Iterator[Problem]:
         for key in damper.said(*keys) if other != motion else ():
             yield damper.problem(
                 key,
-                f"{key} is that of {other}, and the primary is "
-                + (f"in {motion}" if motion else "of ratios alone"),
+                f"{key} belongs to {other}, and the primary is "
+                + (f"in {motion}" if motion else "given by ratios alone"),
                 allowed=", ".join((*_RUBBED.get(motion, ()), "mass_ratio", "friction_ratio")),
                 also=PRIMARY,
             )
@@ -401,7 +401,7 @@ OF_ABSORBER = (
     *(
         refuse(
             (*place, key),
-            "the primary is of ratios alone and has no frequency in Hz",
+            "the primary is given by ratios alone and has no frequency in Hz",
             functools.partial(_without_hertz, place, key),
             f"{instead}, or a primary with mass and natural_frequency",
             also=PRIMARY,

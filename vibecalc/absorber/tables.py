@@ -170,7 +170,7 @@ class Secondary(Table):
         _ONE_MOTION,
         refuse(
             "absorber_damping_ratio",
-            "without a spring the absorber has no frequency of its own for this ratio",
+            "without a spring the absorber has no natural frequency for this ratio",
             lambda t: "absorber_damping_ratio" in t and 0.0 in map(t.number, WAYS["stiffness"]),
             "damping_over_primary_critical, which is referred to the primary, or a stiffness > 0",
         ),
@@ -294,7 +294,7 @@ class Flywheel(Table):
     RULES = (
         refuse(
             "polar_inertia",
-            "no body has this polar inertia: it is at most twice the diametral one",
+            "impossible polar inertia: it is at most twice the diametral one",
             _is_no_body,
             "at most twice diametral_inertia",
             found="{polar_inertia}",
@@ -340,7 +340,7 @@ class Springs(Table):
         below(
             "wire_diameter",
             "coil_diameter",
-            "the wire does not go round: the coil is no wider than its wire",
+            "the mean coil diameter must exceed the wire diameter",
         ),
     )
 
@@ -355,7 +355,7 @@ class Ring(Table):
     RULES = (below("inner_radius", "outer_radius", _NOT_BELOW),)
 
 
-_NO_FILM = "a gap as wide as the mass is no film: its damping cannot be determined"
+_NO_FILM = "a gap as wide as the mass is not an oil film: its damping cannot be computed"
 OILS = frozenset({"oil", "stock_oils", "oil_catalogue"})
 
 

@@ -36,8 +36,7 @@ def _orders(case: Case, given: Balance, sought: Sought) -> Iterator[Problem]:
     for order in sorted({*counting} - {*turning}):
         yield Problem(
             path=(*BALANCE, "orders"),
-            message=f"no weight of [balance] turns at order {order}: nothing can change what is "
-            "left of it",
+            message=f"no weight of [balance] turns at order {order}: it cannot be balanced",
             allowed=f"orders of its weights: {', '.join(map(str, turning))}",
             hint="weights on the crankshaft and shafts at +-1 act on order 1, those at +-2 on "
             "order 2; higher orders are listed with them",
@@ -89,8 +88,8 @@ def _places(sought: Sought) -> Iterator[Problem]:
         if same[i, k] and not np.any(same[i, :k]):
             yield Problem(
                 path=path,
-                message=f"{names[i]!r} and {names[k]!r} stand at one place on shafts of one speed, "
-                "so that only their sum can be told",
+                message=f"{names[i]!r} and {names[k]!r} are at the same place on shafts of the "
+                "same speed: only their sum is determined",
                 allowed="different positions, or given phases that differ",
                 also=also,
             )

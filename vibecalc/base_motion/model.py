@@ -18,7 +18,7 @@ from vibecalc.schema import Case
 
 
 def on_base(case: Case, body: RigidBody, mounts: Mounts) -> OnMounts:
-    """A body with all six freedoms on its mounts, on the base or on a body that stands on it."""
+    """A body with six degrees of freedom on its mounts, on the base or on a body on it."""
     if case.foundation is not None and case.foundation.body is not None:
         return on_body(case.foundation, body, mounts)
     return on_mounts(body, mounts, np.arange(6))
@@ -83,7 +83,7 @@ def base_motion_problems(case: Case) -> Iterator[Problem]:
     if motions := never_held(case):
         yield Problem(
             path=("machine", "mounts"),
-            message="the mounts leave the body free: a base that moves would not carry it along",
+            message="the mounts do not restrain the body: base motion would not move it",
             found="nothing resists " + ", ".join(motions),
             allowed="a stiffness against each of the six motions",
             hint="give stiffness in three directions, and spread the mounts",
@@ -111,7 +111,7 @@ def base_motion_problems(case: Case) -> Iterator[Problem]:
     if case.foundation is not None and case.foundation.body is None:
         yield Problem(
             path=("base_motion",),
-            message="a base that moves carries the mounts, or a foundation that is a body",
+            message="base motion needs mounts directly on the base or a rigid-body foundation",
             found="a foundation of one mass, or of flexibilities",
             allowed="[foundation] with a body, or none",
             also=("foundation",),

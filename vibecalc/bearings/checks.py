@@ -29,7 +29,7 @@ def _shaft_loads(table: "BearingLoads", train: parts.CrankTrain) -> Iterator[Pro
         if along != 0.0:
             yield Problem(
                 path=("bearing_loads", "shaft_loads", place, "force"),
-                message="a force along the shaft is borne by no main bearing",
+                message="main bearings cannot carry a force along the shaft",
                 found=f"{along:.6g} N along {train.axis}",
                 allowed=f"none along {train.axis}, the axis of the crankshaft",
             )
@@ -41,7 +41,7 @@ def _weights(case: Case, table: "BearingLoads") -> Iterator[Problem]:
     if isolation is not None and table.up is not None and table.up != isolation.up:
         yield Problem(
             path=("bearing_loads", "up"),
-            message="weights act against one direction, and [isolation] has another one",
+            message="up differs from up in [isolation]",
             found=f"up = {table.up!r}, and up = {isolation.up!r} in [isolation]",
             allowed=f"{isolation.up!r}, or no such key",
             also=("isolation", "up") if "up" in isolation.model_fields_set else ("isolation",),
@@ -53,7 +53,7 @@ def _weights(case: Case, table: "BearingLoads") -> Iterator[Problem]:
         others = ", ".join(repr(name) for name in DIRECTIONS if name != axis)
         yield Problem(
             path=("isolation" if table.up is None else "bearing_loads", "up"),
-            message="weights along the shaft are borne by no main bearing",
+            message="main bearings cannot carry weight along the shaft",
             found=f"up = {up!r}",
             allowed=others + (", or one of these with a minus" if isolation is None else ""),
             also=("bearing_loads", "shaft_loads") if table.up is None else None,

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.bearings.results import CrankPin, MainLoad, WristPin
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, note, unit_words
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    canvas,
+    mark_angles,
+    unit_words,
+)
 from vibecalc.core.report.curves import Curve, Curves, Panel, rows_of
 from vibecalc.core.report.sections import labels
 from vibecalc.core.report.sources import sourced
@@ -53,8 +61,6 @@ FORCES = Curves("loads on bearings over a cycle",
 _MOST, _ROW = 9, 3
 #: crank angles between marks, in degrees, of a cycle of one turn
 _MARK = 90
-#: of the highest, marks closer than which share their words
-_CLOSE = 0.06
 
 
 def draw_main_bearings(result: Result) -> "Figure | None":
@@ -112,14 +118,7 @@ def _path(axes: "Axes", force: np.ndarray, angle: np.ndarray) -> None:
         label = f"turn {turn + 1}" if turns > 1 else None
         axes.plot(force[of].real, force[of].imag, color=COLOURS[turn], linewidth=1.1, label=label)
     axes.plot([0.0], [0.0], "+", color=QUIET, ms=9)
-    marks: dict[complex, list[str]] = {}
-    for mark in range(0, round(float(angle[-1])), _MARK * turns):
-        here = complex(force[np.argmin(np.abs(angle - mark))])
-        near = next((one for one in marks if abs(one - here) <= _CLOSE * abs(top)), here)
-        marks.setdefault(near, []).append(str(mark))
-    for at, words in marks.items():
-        axes.plot([at.real], [at.imag], ".", color=TOTAL, ms=5)
-        note(axes, ", ".join(words), (at.real, at.imag), (3, 2), color=TOTAL, fontsize=7)
+    mark_angles(axes, force, angle, range(0, round(float(angle[-1])), _MARK * turns), TOTAL)
     axes.plot([0.0, top.real], [0.0, top.imag], color=LIMIT, linewidth=0.9)
     axes.plot([top.real], [top.imag], "o", color=LIMIT, ms=4)
     axes.set_aspect("equal", adjustable="box")

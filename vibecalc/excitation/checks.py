@@ -45,8 +45,8 @@ def pump_problems(case: Case) -> Iterator[Problem]:
     elif not given.dead_volume * grown < swept:
         yield Problem(
             path=(*CYCLE, "dead_volume"),
-            message="the pump draws nothing: what it leaves in the dead volume expands by more "
-            "than the plunger sweeps",
+            message="the pump delivers nothing: the liquid in the dead volume expands by more "
+            "than the swept volume",
             found=f"{1e6 * given.dead_volume * grown:.4g} cm^3 of {1e6 * swept:.4g} cm^3",
             allowed=f"dead_volume below {1e6 * swept / grown:.4g} cm^3 at these pressures",
             also=(*CYCLE, "bulk_modulus"),
@@ -82,7 +82,7 @@ def _order(train: CrankTrain, cycle: float) -> Iterator[Problem]:
     if left and len(order) < len(names):
         yield Problem(
             path=path,
-            message="the firing order leaves cylinders out",
+            message="the firing order lacks cylinders",
             found=listed(left),
             allowed=f"each of the {len(names)} cylinders once",
         )
@@ -94,7 +94,7 @@ def _intervals(given: Sequence[float], count: int, cycle: float) -> Iterator[Pro
     if given and len(given) != count:
         yield Problem(
             path=path,
-            message="each cylinder has one interval to the next, the last one to the first again",
+            message="one interval per cylinder is needed, the last one back to the first",
             found=f"{len(given)} intervals of {count} cylinders",
             allowed=f"{count} intervals",
             also=(*TRAIN, "firing_order"),
@@ -102,7 +102,7 @@ def _intervals(given: Sequence[float], count: int, cycle: float) -> Iterator[Pro
     elif given and abs(sum(given) - cycle) > AGREES:
         yield Problem(
             path=path,
-            message="the intervals between firings have to fill the cycle",
+            message="the firing intervals must add up to the cycle",
             found=f"{degrees(sum(given))} together",
             allowed=degrees(cycle),
         )
@@ -142,7 +142,7 @@ def _phases(case: Case) -> Iterator[Problem]:
         yield Problem(
             path=(*path, "crank_phase"),
             message=f"cylinder {cylinder.name[:60]!r} fires at {degrees(angle)}, where its crank "
-            "is at no top dead centre",
+            "is not at top dead centre",
             found=f"crank_phase {degrees(cylinder.crank_phase)}"
             + (f", and {len(wrong) - 1} more like it" if len(wrong) > 1 else ""),
             allowed=f"{degrees(wanted)}, or no crank_phase at any cylinder: it then follows",
@@ -157,7 +157,7 @@ def _cards(train: CrankTrain, cycle: float) -> Iterator[Problem]:
     if len(train.gas_cards) == 1:
         yield Problem(
             path=path,
-            message="one card alone says nothing of other speeds",
+            message="a single card does not define the gas at other speeds",
             allowed="two cards or more, at different speeds, or gas_pressure for all speeds",
         )
     for place, card in enumerate(train.gas_cards):

@@ -11,7 +11,7 @@ from vibecalc.core.report.canvas import (
     TOTAL,
     canvas,
     crank_angle_axis,
-    note,
+    mark_angles,
     unit_words,
     waves,
 )
@@ -80,12 +80,9 @@ def _shaking(
     right = figure.add_subplot(grid[place, 1])
     right.plot(x, y, color=TOTAL)
     right.plot([0.0], [0.0], "+", color=QUIET)
-    for quarter in _QUARTERS:
-        there = int(np.argmin(np.abs(degrees - quarter)))
-        right.plot([x[there]], [y[there]], "o", color=LIMIT, ms=4)
-        note(right, f"{quarter}", (x[there], y[there]), (4, 3), color=LIMIT)
+    mark_angles(right, x + 1j * y, degrees, _QUARTERS, LIMIT)
     right.set_aspect("equal", adjustable="datalim")
-    right.margins(0.15)
+    right.margins(0.25)
     right.set_xlabel(f"{names[across]} in {unit}")
     right.set_ylabel(f"{names[up]} in {unit}")
     right.set_title("path, crank angle in deg", fontsize=8)

@@ -1,4 +1,4 @@
-"""Machine and foundation in six freedoms: the section of the report, and the picture."""
+"""Machine and foundation in six degrees of freedom: the section of the report, and the picture."""
 
 from vibecalc.core.report.curves import Curve, Curves, Panel, level
 from vibecalc.core.report.rows import (

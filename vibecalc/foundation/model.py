@@ -84,7 +84,7 @@ def coupled_problems(case: Case) -> Iterator[Problem]:
     if options.model != "rigid_body":
         yield Problem(
             path=("isolation", "model"),
-            message=f"a foundation of kind {kind!r} carries a machine with all six freedoms",
+            message=f"a foundation of kind {kind!r} needs a machine with six degrees of freedom",
             found=f"model = '{options.model}'",
             allowed="model = 'rigid_body'",
             also=FOUNDATION,
@@ -111,7 +111,7 @@ def _springs(springs: parts.Mounts) -> Iterator[Problem]:
     if motions := free_motions(build_mounts(springs)):
         yield Problem(
             path=(*FOUNDATION, "springs"),
-            message="the springs leave the foundation free",
+            message="the springs do not restrain the foundation",
             found="nothing resists " + ", ".join(motions),
             allowed="a stiffness against each of the six motions",
             hint="give stiffness in three directions, and spread the springs",
@@ -151,8 +151,8 @@ def _flexibilities(names: list[str], given: Foundation) -> Iterator[Problem]:
             row = int(np.argmax(part < 0.0))
             yield Problem(
                 path=(*path, key, column, row),
-                message="the foundation would give energy to the machine",
+                message="the foundation would feed energy into the machine",
                 found=f"{part[row]:.6g} in row {row + 1}",
-                allowed=">= 0: what takes energy is positive",
+                allowed=">= 0: dissipation is positive",
                 hint="with motion as exp(i w t); conjugate data of the other sign",
             )

@@ -53,7 +53,7 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
 
 
 def _of_all_freedoms(case: "Case") -> Stage:
-    """Machine and foundation in six freedoms each, or on a foundation of tables."""
+    """Machine and foundation in six degrees of freedom each, or on a foundation of tables."""
     body, options, given = foundation_kind(case) == "body", case.isolation, case.foundation
     assert given is not None and options is not None
     loads = loads_on(case, "isolation")

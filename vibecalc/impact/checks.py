@@ -82,7 +82,7 @@ def _without_mass(case: Case) -> Iterator[Problem]:
     if joints is not None and joints.crank_pin is not None and rod <= 0.0:
         yield Problem(
             path=(*JOINTS, "crank_pin"),
-            message="play in the crank pin needs a rod: it is then a mass between two gaps",
+            message="clearance in the crank pin needs a rod, a mass between two clearances",
             found=f"{rod:.6g} kg of rod that moves with the piston",
             allowed="rod = { mass = ..., crank_pin_to_mass_centre = ... } in the crank train",
         )
@@ -215,7 +215,7 @@ def _clearances(case: Case) -> Iterator[Problem]:
         if size >= stroke:
             yield Problem(
                 path=path,
-                message="a clearance as large as the stroke is no joint",
+                message="the clearance is as large as the stroke",
                 found=f"{size:.6g} m",
                 allowed=f"< {stroke:.6g} m, the stroke",
                 hint="lengths are in m unless they carry a unit, as in '0.04 mm'",
@@ -224,7 +224,7 @@ def _clearances(case: Case) -> Iterator[Problem]:
     if study is not None and 0.0 < smallest <= study.perturbation:
         yield Problem(
             path=(*IMPACT, "perturbation"),
-            message="neighbours that start further apart than the clearance have parted already",
+            message="the perturbation exceeds the clearance",
             found=f"{study.perturbation:.6g} m, with a clearance of {smallest:.6g} m",
             allowed=f"< {smallest:.6g} m, better a millionth of it",
         )
@@ -238,7 +238,7 @@ def _stands(case: Case) -> Iterator[Problem]:
     if name is not None and name not in excitation.working:
         yield Problem(
             path=(*JOINTS, "cylinder"),
-            message="the cylinder with play in its joints stands still",
+            message="the cylinder with clearance in its joints is stopped",
             found=f"cylinder {name!r} is not in [excitation] working, and idle = 'stopped'",
             allowed="a cylinder that works",
             also=("excitation", "working"),
@@ -297,7 +297,7 @@ def _fixed_steps(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
     if study.steps <= 2 * study.orders:
         yield Problem(
             path=path,
-            message="response.impact.steps hold only the orders below half their number, fewer "
+            message="response.impact.steps resolve only orders below half their number, fewer "
             "than response.impact.orders",
             found=f"{study.steps} steps per revolution for {study.orders} orders",
             allowed=f"> {2 * study.orders} steps, or < {study.steps / 2:g} orders",
@@ -308,7 +308,7 @@ def _fixed_steps(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
     if needed > LONGEST_STEP * study.steps:
         yield Problem(
             path=path,
-            message="fixed steps this long run away in a contact as stiff as this",
+            message="fixed steps this long are unstable in a contact this stiff",
             found=f"{study.steps} steps per revolution",
             allowed=f">= {math.ceil(needed / LONGEST_STEP)}, or method = 'event_exact'",
             also=(*in_contact[rates.index(max(rates))].path, "stiffness"),

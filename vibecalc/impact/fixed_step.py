@@ -1,6 +1,7 @@
 """The same machine with an explicit method of fixed step, which runs over its contacts."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -16,46 +17,8 @@ from vibecalc.impact.linkage import (
 )
 from vibecalc.impact.roots import in_order
 from vibecalc.impact.setup import gas_force
+from vibecalc.numerics.explicit_steps import METHODS, explicit_step
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
-
-# ----------------------------------------------------------------------------
-# Explicit one-step methods of fixed step, as their tables.
-# ----------------------------------------------------------------------------
-
-
-class Tableau(NamedTuple):
-    """Stage k is taken at `fraction[k]` of the step from the earlier ones by `stage[k]`."""
-
-    order: int
-    fraction: tuple[float, ...]
-    stage: tuple[tuple[float, ...], ...]
-    weight: tuple[float, ...]
-
-
-#: Euler; Heun (1900); Runge and Kutta (1901); Dormand and Prince (1980), the solution of order 5
-METHODS = {
-    "euler": Tableau(1, (0.0,), ((),), (1.0,)),
-    "heun": Tableau(2, (0.0, 1.0), ((), (1.0,)), (0.5, 0.5)),
-    "rk4": Tableau(
-        4,
-        (0.0, 0.5, 0.5, 1.0),
-        ((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0)),
-        (1 / 6, 1 / 3, 1 / 3, 1 / 6),
-    ),
-    "dormand_prince": Tableau(
-        5,
-        (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0),
-        (
-            (),
-            (1 / 5,),
-            (3 / 40, 9 / 40),
-            (44 / 45, -56 / 15, 32 / 9),
-            (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
-            (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
-        ),
-        (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
-    ),
-}
 
 # ----------------------------------------------------------------------------
 # The same machine with a method of fixed step, which runs over its contacts.
@@ -88,22 +51,15 @@ def simulate_fixed_steps(
     if drive.tangent_orders is not None and drive.rod_tangent is not None:
         side_pull = _summed(drive.tangent_orders, drive.rod_tangent, angle)
 
-    def rates(stage: int, index: int, state: FloatArray) -> FloatArray:
-        """Velocities and accelerations (2, G, B) at a stage of a step."""
+    def rates(index: int, stage: int, state: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Velocities and accelerations (G, B) at a stage of a step."""
         pull = contact_force(train, *state)
         result = -np.sum(train.couple * pull, axis=1)
         result[train.pin] += shaken[stage, index]
         result[0] -= gas[stage, index] / train.mass
         if train.bore is not None:
             result[train.bore] += side_pull[stage, index] * pull[0] / train.mass
-        return np.array([state[1], result])
-
-    def moved(
-        state: FloatArray, weights: tuple[float, ...], slopes: list[FloatArray]
-    ) -> FloatArray:
-        for weight, slope in zip(weights, slopes, strict=True):
-            state = state + step * weight * slope
-        return state
+        return state[1], result
 
     shape = (*state.shape[1:], revolutions)
     forces = GapForces(np.empty((*shape, orders + 1), dtype=np.complex128), *np.zeros((4, *shape)))
@@ -116,10 +72,7 @@ def simulate_fixed_steps(
         for k in range(steps):
             with np.errstate(over="ignore", invalid="ignore"):
                 force[..., k], gap[..., k] = contact_force(train, *state), state[0]
-                slopes: list[FloatArray] = []
-                for stage, weights in enumerate(tableau.stage):
-                    slopes.append(rates(stage, k, moved(state, weights, slopes)))
-                state = moved(state, tableau.weight, slopes)
+                state = np.array(explicit_step(tableau, partial(rates, k), state, step))
             before, side = side, side_of(train.gaps, state[0])
             forces.contacts[..., turn] += (side != FREE) & (side != before)
             forces.contact_time[..., turn] += step * (side != FREE)

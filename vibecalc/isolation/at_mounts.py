@@ -58,7 +58,7 @@ def weight_load(
 def deflected(rest: Resting, load: Bounded) -> AtMounts:
     """Linear deflection of the mounts under a constant load (..., 6) at the reference point.
 
-    Raises NumericalFailure if the mounts leave the body free, to rounding.
+    Raises NumericalFailure if the mounts do not restrain the body, to rounding.
     """
     stiffness, felt = rest.matrices.stiffness, (load[..., None, :] @ rest.reach)[..., 0, :]
     system = Dynamics(stiffness, rest.matrices.stiffness_error, _flexibility(rest.matrices))
@@ -103,8 +103,8 @@ def _flexibility(matrices: Linear) -> np.ndarray:
 
 def _free(how: str) -> str:
     return (
-        f"the mounts leave the body free in some direction ({how}): its stiffness matrix cannot "
-        f"be inverted; add a mount or give the mounts stiffness in the missing direction"
+        f"the mounts do not restrain the body in some direction ({how}): its stiffness matrix "
+        "cannot be inverted; add a mount or give the mounts stiffness in the missing direction"
     )
 
 

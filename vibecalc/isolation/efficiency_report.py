@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, level
+from vibecalc.core.report.curves import Curve, Curves, Panel, decades, level
 from vibecalc.core.report.rows import (
     OTHERS,
     Cells,
@@ -18,7 +18,7 @@ from vibecalc.core.report.rows import (
     rows_of,
 )
 from vibecalc.core.report.sections import Section, having, section, stacked
-from vibecalc.core.report.sources import Ends, of_freedoms
+from vibecalc.core.report.sources import of_freedoms
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
@@ -88,20 +88,16 @@ def _by_order(root: str) -> Rows:
 
 
 # ----------------------------------------------------------------------------
-# Efficiency by order as bars; transmissibility over frequency.
+# Load transmitted by order, next to that of the rigidly mounted machine; over the frequency.
 # ----------------------------------------------------------------------------
-
-
-def _ends(plot: Plot) -> Ends:
-    """To twice over at most where orders next to a resonance would hide the rest."""
-    least = min(float(np.nanmin(y, initial=0.0)) for _, y in plot.drawn)
-    return max(-200.0, 1.08 * least), 104.0
 
 
 def _panel(path: str, word: str) -> Panel:
     sizes = reduced(f"{path}/held"), reduced(f"{path}/ground")
-    bars = Curve(chosen(_resultant(path), _LOUD, *sizes), bars=True)
-    return Panel("efficiency", (bars,), f"{word} on the ground, by order", unit="%", ends=_ends)
+    dots = Curve(chosen(_resultant(path), _LOUD, *sizes), bars=True, part=lambda share: 1.0 - share)
+    words = f"{word} on the ground / {word} rigidly mounted"
+    return Panel("transmitted", (dots, level(lambda _: 1.0)), words, unit="%", log="y",
+                 ends=decades(4))  # fmt: skip
 
 
 def _ratio(turning: bool) -> Panel:
@@ -112,7 +108,7 @@ def _ratio(turning: bool) -> Panel:
 
 _BY_ORDER = (_panel(root, word) for word, root in _ROOTS.items())
 EFFICIENCY = Curves(
-    "isolation efficiency",
+    "isolation: load transmitted to the ground",
     (*_BY_ORDER, _ratio(False), _ratio(True)),
     columns=2,
     names=6,

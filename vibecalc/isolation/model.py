@@ -42,7 +42,7 @@ def isolation_problems(case: Case) -> list[Problem]:
     return [
         Problem(
             path=MOUNTS,
-            message="the mounts leave the body free",
+            message="the mounts do not restrain the body",
             found="nothing resists " + ", ".join(motions),
             allowed="a stiffness against each of the six motions",
             hint="give stiffness in three directions, spread the mounts, or use model = 'pitch', "
@@ -80,7 +80,7 @@ def _pitch_rules(case: Case) -> Iterator[tuple[Any, Callable[[], Problem]]]:
         isolation.up != train.stroke_axis,
         lambda: Problem(
             path=("isolation", "up"),
-            message="the pitch model stands upright: up must be the direction of the stroke",
+            message="in the pitch model up must be the direction of the stroke",
             found=f"up = '{isolation.up}', and stroke_axis = '{train.stroke_axis}'",
             allowed=f"up = '{train.stroke_axis}', or model = 'rigid_body'",
             also=("machine", "crank_train", "stroke_axis"),
@@ -98,8 +98,8 @@ def _pitch_rules(case: Case) -> Iterator[tuple[Any, Callable[[], Problem]]]:
         free,
         lambda: Problem(
             path=MOUNTS,
-            message="the mounts leave the body free to pitch",
-            found=f"nothing resists turning about {DIRECTIONS[turned]}",
+            message="the mounts do not restrain the body in pitch",
+            found=f"nothing resists rotation about {DIRECTIONS[turned]}",
             allowed="a stiffness along the stroke, away from the mass centre along the crankshaft",
         ),
     )
@@ -112,8 +112,8 @@ def _pitch_rules(case: Case) -> Iterator[tuple[Any, Callable[[], Problem]]]:
         ~free & ~(last - first > _ONE_PLACE * farthest),
         lambda: Problem(
             path=MOUNTS,
-            message="all mounts stand at one position along the crankshaft and the mass "
-            "centre does not: the machine would tip",
+            message="all mounts are at one position along the crankshaft, away from the mass "
+            "centre: the machine would tip",
             found=f"{farthest:.6g} m from the mass centre",
             allowed="mounts at two positions along the crankshaft or more",
         ),
@@ -123,8 +123,8 @@ def _pitch_rules(case: Case) -> Iterator[tuple[Any, Callable[[], Problem]]]:
             reach.max(axis=-1) - reach.min(axis=-1) > _ONE_LEVER * reach.max(axis=-1),
             lambda: Problem(
                 path=("isolation", "lever"),
-                message="the mounts stand at different distances from the mass centre, so the "
-                "lever of couple_over_lever has to be given",
+                message="the mounts are at different distances from the mass centre: the lever of "
+                "couple_over_lever must be given",
                 found=f"distances along the crankshaft from {reach.min():.6g} to "
                 f"{reach.max():.6g} m",
                 allowed=f"lever = {reach.max():.6g}, for example",

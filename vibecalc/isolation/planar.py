@@ -28,7 +28,7 @@ def planar_problems(case: Case) -> list[Problem]:
         return [
             Problem(
                 path=("isolation", "up"),
-                message="the planar model stands on its mounts with the crankshaft level",
+                message="in the planar model the crankshaft is horizontal",
                 found=f"up = '{axis}', which is the direction of the crankshaft",
                 allowed=_OTHERWISE,
                 also=(*TRAIN, "axis"),
@@ -40,7 +40,7 @@ def planar_problems(case: Case) -> list[Problem]:
         problems.append(
             Problem(
                 path=MOUNTS,
-                message="the mounts leave the body free in the plane of the crank",
+                message="the mounts do not restrain the body in the plane of the crank",
                 found="nothing resists " + ", ".join(motions),
                 allowed="a stiffness against each of the three motions",
                 hint="one mount resists no turning about itself: two, away from each other across "

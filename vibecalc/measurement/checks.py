@@ -29,7 +29,7 @@ def _nothing_read(case: Case) -> Iterator[Problem]:
     if case.machine.kind == "plate":
         yield Problem(
             path=("machine", "kind"),
-            message="nothing is said of the plate: its motion comes from readings",
+            message="a plate needs readings: its motion is found from them",
             found='kind = "plate" without [measurement]',
             allowed="a table [measurement] with positions and readings",
         )
@@ -45,7 +45,7 @@ def _references(table: Measurement) -> Iterator[Problem]:
     if table.reference_level is None and linear:
         yield Problem(
             path=linear[0],
-            message="levels without a reference: a level says nothing without what 0 dB is",
+            message="levels need a reference for 0 dB",
             allowed='reference_level = "1e-5 m/s^2", or what the instrument refers to',
             hint="1e-5 m/s^2 in older and naval work, 1e-6 m/s^2 in ISO 1683",
         )
@@ -53,7 +53,7 @@ def _references(table: Measurement) -> Iterator[Problem]:
     if table.angular_reference_level is None and angular:
         yield Problem(
             path=angular[0],
-            message="levels of rotation without a reference: what is 0 dB?",
+            message="levels of rotation need a reference for 0 dB",
             allowed='angular_reference_level = "1 rad/s^2", or what the instrument refers to',
         )
 
@@ -135,7 +135,7 @@ def _form(path: KeyPath, reading: Reading, table: Measurement) -> Iterator[Probl
             yield Problem(
                 path=(*path, key, values.index(0.0)),
                 message="an amplitude of zero without a phase has no level",
-                allowed="the least that the instrument can show, or no reading there",
+                allowed="the smallest value that the instrument shows, or no reading",
             )
 
 

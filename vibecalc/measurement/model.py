@@ -325,9 +325,9 @@ def place_problems(table: Measurement) -> list[Problem]:
     problems = [
         Problem(
             path=(*TABLE, "readings", place, "between"),
-            message="the two positions of a difference are one place",
+            message="the two positions of a difference coincide",
             found=f"{reading.between[0]!r} and {reading.between[1]!r}",
-            allowed="positions some way apart",
+            allowed="two different positions",
         )
         for place, reading in enumerate(table.readings)
         if reading.between is not None and len({known[at] for at in reading.between}) == 1
@@ -359,8 +359,8 @@ def _problem(harmonic: Harmonic, table: Measurement) -> Problem | None:
     if len(reported.unseen):
         return Problem(
             path=TABLE,
-            message=f"the readings do not see {_unseen(reported)}",
-            allowed="three points that are not on a line, or two with a rotation next to them",
+            message=f"the readings do not determine {_unseen(reported)}",
+            allowed="three points not on a line, or two points and a rotation",
             hint=_further(stacked, table),
         )
     if harmonic.is_complex or reported.levels >= NEEDED:

@@ -302,7 +302,7 @@ def _csv(row: Data, folder: Path, name: str) -> _Samples:
         times = _in_unit(time, columns, "s")
         steps = np.diff(times)
         if size < 2 or np.min(steps) <= 0.0:
-            raise Unreadable("the time does not rise from line to line", key="time")
+            raise Unreadable("the time is not ascending", key="time")
         if np.max(steps) > (1.0 + _EVEN) * np.min(steps) + 1e-9 * abs(times[-1]):
             raise Unreadable(
                 f"samples are {np.min(steps):.6g} s to {np.max(steps):.6g} s apart",
@@ -341,7 +341,7 @@ def _wav(folder: Path, name: str) -> _Samples:
     try:
         rate, samples = wavfile.read(io.BytesIO(_content(folder, name)))
     except (ValueError, OSError, EOFError) as error:
-        raise Unreadable(f"the file is no WAV that can be read: {error}") from None
+        raise Unreadable(f"the WAV file cannot be read: {error}") from None
     full = 1.0
     if samples.dtype.kind == "u":
         samples, full = samples.astype(float) - 128.0, 128.0

@@ -172,7 +172,7 @@ class Measurement(Table):
         "vibecalc.measurement.record_checks:check_records",
         refuse(
             "base_frequency",
-            "the frequency of order 1 stands twice: it is that of the crankshaft",
+            "the frequency of order 1 is given twice: it is that of the crankshaft",
             lambda t: "base_frequency" in t and "speed" in t.machine,
             "machine.speed alone",
             also=("machine", "speed"),

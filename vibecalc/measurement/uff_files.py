@@ -29,14 +29,14 @@ def uff_samples(path: Path) -> tuple[FloatArray, dict[str, FloatArray], dict[str
         import pyuff
     except ImportError:
         raise Unreadable(
-            "a universal file is read by pyuff, which is not there",
+            "universal files need pyuff, which is not installed",
             "a CSV or WAV file",
             "pip install 'vibecalc[uff]'",
         ) from None
     try:
         read: Any = pyuff.UFF(str(path)).read_sets()
     except Exception as error:  # whatever a reader of text makes of a file that is none
-        raise Unreadable(f"the file is no universal file: {str(error)[:80]}") from None
+        raise Unreadable(f"the file is not a universal file: {str(error)[:80]}") from None
     sets = [one for one in (read if isinstance(read, list) else [read]) if one.get("type") == 58]
     if not sets:
         raise Unreadable("the file has no data set 58", "functions of time")

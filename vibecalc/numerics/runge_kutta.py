@@ -79,7 +79,8 @@ class System(Protocol):
 #: order of the solution that is carried on; its error estimate shrinks like the length to this
 ORDER = 5
 
-_STAGE = (
+#: each stage from the earlier ones; the last of them is the end of the step
+STAGES = (
     (1 / 5,),
     (3 / 40, 9 / 40),
     (44 / 45, -56 / 15, 32 / 9),
@@ -139,19 +140,19 @@ class RungeKuttaStep(NamedTuple):
 def step(rates: Rates, time: float, state: State, rate: State, length: float) -> RungeKuttaStep:
     """Take one step of `length` from `state` (n,), whose rate is `rate`, at `time`."""
     h = length
-    a = h * _STAGE[0][0]
+    a = h * STAGES[0][0]
     second = rates(time + 0.2 * h, [y + a * p for y, p in zip(state, rate, strict=True)])
-    a, b = (h * c for c in _STAGE[1])
+    a, b = (h * c for c in STAGES[1])
     third = rates(
         time + 0.3 * h,
         [y + a * p + b * q for y, p, q in zip(state, rate, second, strict=True)],
     )
-    a, b, c = (h * c for c in _STAGE[2])
+    a, b, c = (h * c for c in STAGES[2])
     fourth = rates(
         time + 0.8 * h,
         [y + a * p + b * q + c * r for y, p, q, r in zip(state, rate, second, third, strict=True)],
     )
-    a, b, c, d = (h * c for c in _STAGE[3])
+    a, b, c, d = (h * c for c in STAGES[3])
     fifth = rates(
         time + 8 / 9 * h,
         [
@@ -159,7 +160,7 @@ def step(rates: Rates, time: float, state: State, rate: State, length: float) ->
             for y, p, q, r, s in zip(state, rate, second, third, fourth, strict=True)
         ],
     )
-    a, b, c, d, e = (h * c for c in _STAGE[4])
+    a, b, c, d, e = (h * c for c in STAGES[4])
     sixth = rates(
         time + h,
         [
@@ -168,7 +169,7 @@ def step(rates: Rates, time: float, state: State, rate: State, length: float) ->
         ],
     )
     # the second rate counts neither in the result nor in its error
-    a, _, c, d, e, f = (h * c for c in _STAGE[5])
+    a, _, c, d, e, f = (h * c for c in STAGES[5])
     there = [
         y + a * p + c * r + d * s + e * t + f * u
         for y, p, r, s, t, u in zip(state, rate, third, fourth, fifth, sixth, strict=True)

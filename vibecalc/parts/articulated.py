@@ -108,7 +108,7 @@ def _of_slave(train: parts.CrankTrain, place: int) -> Iterator[Problem]:
     if at == place or master.articulated is not None:
         yield Problem(
             path=(*path, "on"),
-            message="a slave rod hangs on a master rod, which itself sits on the crank pin",
+            message="a slave rod is hinged to a master rod on the crank pin",
             found=f"on = {given.on!r}, " + ("itself" if at == place else "a slave rod, too"),
             allowed="the name of a cylinder without articulated",
             also=also,

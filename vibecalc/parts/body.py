@@ -243,7 +243,7 @@ def _moments(path: KeyPath, given: parts.Body | parts.BodyPart, least: float) ->
     if (principal[0] < 0.0 and principal[2] <= 0.0) or principal[0] <= least * principal[2] != 0.0:
         yield Problem(
             path=(*path, "inertia_products"),
-            message="no body has these products of inertia: they are too large for its moments",
+            message="impossible products of inertia: they are too large for its moments",
             found=f"principal moments of {shown} kg*m^2",
             allowed="all principal moments > 0",
             also=(*path, "inertia"),
@@ -252,7 +252,7 @@ def _moments(path: KeyPath, given: parts.Body | parts.BodyPart, least: float) ->
         what = "principal moments" if with_products else "moments"
         yield Problem(
             path=(*path, "inertia"),
-            message="no body has these moments of inertia: the largest must not exceed the "
+            message="impossible moments of inertia: the largest must not exceed the "
             "sum of the other two",
             found=f"{what} of {shown} kg*m^2",
             allowed=f"the largest at most {principal[0] + principal[1]:.6g} kg*m^2",

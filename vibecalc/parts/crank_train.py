@@ -317,7 +317,7 @@ def _masses(case: Case) -> Iterator[Problem]:
     if moving == 0.0 and not any(_unbalances(train)):
         yield Problem(
             path=(*TRAIN, "reciprocating_mass"),
-            message="nothing in the crank train has a mass, so nothing shakes the body",
+            message="nothing in the crank train has a mass",
             found="reciprocating and rotating masses of 0 kg",
             allowed="a mass above zero on at least one cylinder, throw, weight or shaft",
         )
@@ -326,7 +326,7 @@ def _masses(case: Case) -> Iterator[Problem]:
     if body is not None and whole is not None and moving >= whole:
         yield Problem(
             path=("machine", "body", "mass" if body.mass_matrix is None else "mass_matrix"),
-            message="the moving parts weigh more than the whole machine, which includes them",
+            message="the moving parts weigh more than the whole machine",
             found=f"{whole:.6g} kg, with {moving:.6g} kg of pistons, rods and throws",
             allowed=f"> {moving:.6g} kg",
             hint="masses are in kg unless they carry a unit, as in '400 g'",

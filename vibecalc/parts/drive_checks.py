@@ -38,7 +38,7 @@ def turn_problems(
         last = back[0]
         yield Problem(
             path=(*path, "crank_angle", last),
-            message=f"the crank angles of the {what} have to ascend",
+            message=f"the crank angles of the {what} must be ascending",
             found=f"{degrees(angle[last - 1])}, then {degrees(angle[last])}, in rows "
             f"{last} and {last + 1}",
             allowed="each larger than the one before it",

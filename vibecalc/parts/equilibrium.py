@@ -65,7 +65,7 @@ def equilibrium(
     laws : of each mount along its axis.
     freedoms : indices into x y z rx ry rz of the motions that are not held.
 
-    Raises NumericalFailure if the mounts leave the body free to rounding, or no rest is found.
+    Raises NumericalFailure if the mounts do not restrain the body to rounding, or no rest is found.
     """
     free = np.asarray(freedoms)
     turn = np.concatenate(
@@ -135,8 +135,8 @@ def equilibrium(
         )
     if inverse is None:
         raise NumericalFailure(
-            "the mounts leave the body free in some direction, to rounding: no rest can be found; "
-            "add a mount or give the mounts stiffness in the missing direction"
+            "the mounts do not restrain the body in some direction, to rounding: no rest can be "
+            "found; add a mount or give the mounts stiffness in the missing direction"
         )
     size = np.abs(inverse)
     error = np.zeros(6)

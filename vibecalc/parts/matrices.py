@@ -207,7 +207,7 @@ def _symmetry(
         message=f"the {kind.name} matrix is not symmetric",
         found=" | ".join([*shown, *more]),
         allowed="the same number in both places",
-        hint="which of the two is right, the source of the matrix has to say",
+        hint="check both against the source of the matrix",
         also=(*path, "values", column, row),
     )
 

@@ -136,7 +136,9 @@ class Motor(Table):
         "between the rows of the slip table; default: monotone", None
     )
     beyond: Literal["refuse", "hold"] | None = key(
-        "slip beyond the table: hold the last torque, or refuse (default)", None
+        "slip beyond the table: hold the last torque, or refuse (default)",
+        None,
+        alias="extrapolation",
     )
     gain: AngularDamping = key("torque per unit of slip (linear)", NEEDED_BY_KIND, gt=0)
     poles: int = key("number of poles, even (dynamic)", NEEDED_BY_KIND, strict=True, ge=2, le=200)
@@ -152,9 +154,9 @@ class Motor(Table):
             "motor",
             _motor_kind,
             torque_harmonics="rotor_diameter skew_angle torque",
-            slip_table="synchronous_speed slip_table | interpolation beyond",
+            slip_table="synchronous_speed slip_table | interpolation extrapolation",
             linear="synchronous_speed gain",
             dynamic="synchronous_speed slip_table poles voltage stator_resistance "
-            "| cages interpolation beyond",
+            "| cages interpolation extrapolation",
         ),
     )

@@ -34,7 +34,7 @@ def mount_problems(case: Case) -> Iterator[Problem]:
     if loads_count(given) and isolation is None:
         yield Problem(
             path=where,
-            message="the static load of a mount needs [isolation], which says what is up",
+            message="the static load of a mount needs [isolation], which defines the vertical",
             allowed=f"[isolation] with {_PLACED}, or mounts of constant stiffness",
         )
     if frequency_counts(given):
@@ -64,7 +64,7 @@ def _twice(mounts: parts.Mounts) -> Iterator[Problem]:
             if len(found) > 1:
                 yield Problem(
                     path=found[1],
-                    message=f"the {value.replace('_', ' ')} of a mount stands twice",
+                    message=f"the {value.replace('_', ' ')} of a mount is given twice",
                     found=" and ".join(".".join(map(str, place)) for place in found),
                     allowed=f"{value} in one place"
                     + (", stiffness_factor in the others" if value == "stiffness" else ""),
@@ -99,7 +99,7 @@ def _stands(tables: list[_At], key: str, column: str = "") -> KeyPath | None:
 
 
 def _of_one_frequency(case: Case, where: KeyPath) -> Iterator[Problem]:
-    """What knows no frequency of its own, or one alone, has no stiffness over frequency."""
+    """Results of no frequency, or of all at once, take no stiffness over frequency."""
     response, mounts = case.response, case.machine.mounts
     asked: list[tuple[bool, KeyPath, str]] = [
         (foundation_kind(case) == "mass", ("foundation",), "a foundation of one mass"),

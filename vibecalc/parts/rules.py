@@ -47,7 +47,7 @@ def _firing(row: Row) -> Iterator[Problem]:
     if "firing_order" in row and with_angle:
         yield row.problem(
             (*path, with_angle[0], "firing_angle"),
-            "firing_angle and firing_order exclude each other",
+            "firing_angle and firing_order are mutually exclusive",
             allowed="firing_order, or a firing_angle for every cylinder",
             also="firing_order",
         )
@@ -172,7 +172,8 @@ def needed_of_roll(row: Row) -> Iterator[Problem]:
             f"{need} no [machine.{placed[0]}]: there the shell turns about the crank axis, as one "
             "body",
             allowed="[machine.shell], with stiffness and damping of its mounts",
-            hint="the body on its mounts moves in six freedoms at a given speed: a case of its own",
+            hint="the body on its mounts moves in six degrees of freedom at a given speed: a case "
+            "of its own",
             also=first,
         )
     cylinders = tables_at(machine, "crank_train", "cylinders")

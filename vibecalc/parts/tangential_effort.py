@@ -38,7 +38,7 @@ def _each_once(row: Row) -> Iterator[Problem]:
         if len(set(listed)) < len(listed):
             yield row.problem(
                 "order",
-                f"an order stands twice at the mean indicated pressure {1e-5 * load:.6g} bar",
+                f"an order is given twice at the mean indicated pressure {1e-5 * load:.6g} bar",
                 allowed="each order once at each mean indicated pressure",
             )
             return

@@ -22,7 +22,7 @@ _SQUARE = 1e-6
 _DIRECTION = ("direction", "a direction of length zero", "[0, 0, 1], e.g.")
 _AXES = (
     "axes",
-    "the axes of a point stand square to each other, each of them of some length",
+    "the axes of a point must be at right angles, none of length zero",
     "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], e.g., or a direction for one sensor alone",
 )
 QUANTITIES = tuple(UNITS)
@@ -90,13 +90,13 @@ def points_problems(case: Case) -> Iterator[Problem]:
     if not case.point:
         yield Problem(
             path=("vibration_severity",),
-            message="[vibration_severity] is of the vibration at points, and there are none",
+            message="[vibration_severity] needs points",
             allowed="[[point]] with name and position",
         )
     elif machine.body is None or machine.mounts is None:
         yield Problem(
             path=("point",),
-            message="[[point]] is a place on the body on its mounts, and this machine has none",
+            message="[[point]] needs a body on mounts",
             allowed="[machine.body], [machine.mounts] and [isolation]",
         )
     elif case.isolation is None and case.response is None:
@@ -116,7 +116,7 @@ def points_problems(case: Case) -> Iterator[Problem]:
             if taken.setdefault(name, number) != number:
                 yield Problem(
                     path=("point", number, "name"),
-                    message="two sensors have one name",
+                    message="two sensors have the same name",
                     found=repr(name),
                     allowed="names of points that do not end in the axis of another one",
                     also=("point", taken[name], "name"),

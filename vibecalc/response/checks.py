@@ -44,8 +44,7 @@ def operation_problems(case: Case) -> Iterator[Problem]:
     if mounts.stiffness_matrix is None and (free := never_held(case)):
         yield Problem(
             path=MOUNTS,
-            message="a change between operations needs a body that its mounts hold: else it never "
-            "settles",
+            message="a change between operations needs a body that its mounts restrain",
             found="nothing resists " + ", ".join(free),
             allowed="a stiffness against each of the six motions",
             also=SWITCHING,

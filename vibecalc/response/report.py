@@ -292,7 +292,7 @@ def switching(result: Result) -> Section | None:
     record = result.record
     shown = {path for path in record if path.startswith(_SWITCHING)}
     tables = [rows_of(record, one) for one in _WAYS]
-    settled = table_of(result.case, "response", "switching").get("settled")
+    settled = table_of(result.case, "response", "switching").get("settling_tolerance")
     words = f"settled: within {100.0 * (settled or 0.0):g} % of the steady motion"
     details = {"resonances passed": rows_of(record, _PASSAGES)}
     return section(

@@ -61,13 +61,17 @@ class Switching(Table):
 
     between: tuple[Name, Name] = key("names of two operations")
     run_down: Time = key("from operating speed to rest, linear in time", gt=0)
-    stand: Time = key("at rest", 0.0, ge=0)
+    stand: Time = key("at rest", 0.0, alias="dwell", ge=0)
     run_up: Time = key("from rest to operating speed, linear in time", gt=0)
-    after: Time = key("time computed at operating speed afterwards", 1.0, gt=0)
+    after: Time = key("time computed at operating speed afterwards", 1.0, alias="time_after", gt=0)
     reverses: bool = key("the crank turns the other way afterwards", True, strict=True)
     crank_angle: Angle = key("at the start of the change", 0.0)
     settled: Number = key(
-        "deviation from the steady state at which it counts as settled", 0.05, gt=0, lt=1
+        "deviation from the steady state at which it counts as settled",
+        0.05,
+        alias="settling_tolerance",
+        gt=0,
+        lt=1,
     )
     RULES = (
         refuse(

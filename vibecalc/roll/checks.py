@@ -86,11 +86,10 @@ def _drifting(case: Case) -> Iterator[Problem]:
     if periodic and shell is not None and shell.damping and not shell.stiffness:
         yield Problem(
             path=("machine", "shell", "damping"),
-            message="damping alone lets the shell drift: its motion would repeat at any angle, and "
-            "none of these is the steady one",
+            message="with damping and no stiffness the shell drifts: it has no steady position",
             found=f"{shell.damping:.6g} N*m*s/rad, and no stiffness",
             allowed="damping together with a stiffness, or neither of them",
-            hint="of mounts that are soft enough the stiffness hardly counts",
+            hint="the stiffness of very soft mounts hardly matters",
             also=("machine", "shell", "stiffness"),
         )
 
@@ -102,7 +101,7 @@ def _start(case: Case, roll: "Roll") -> Iterator[Problem]:
     if shell.stiffness or shell.damping:
         yield Problem(
             path=(*ROLL, "started_at"),
-            message="started_at fixes the angular momentum, which mounts do not let be constant",
+            message="started_at fixes the angular momentum, which is not constant on mounts",
             found=f"mounts of {shell.stiffness:.6g} N*m/rad and {shell.damping:.6g} N*m*s/rad",
             allowed="no started_at, or a shell without stiffness and damping",
             hint="with mounts the steady motion is the same from every start",
@@ -127,7 +126,7 @@ def _work(case: Case, roll: "Roll") -> Iterator[Problem]:
     if roll.points is not None and method == "fourier" and roll.points <= 2 * roll.orders:
         yield Problem(
             path=(*ROLL, "points"),
-            message="the points of a turn hold only the orders below half their number",
+            message="the points of a turn resolve only orders below half their number",
             found=f"{roll.points} points for {roll.orders} orders",
             allowed=f"> {2 * roll.orders} points, or fewer orders",
             also=(*ROLL, "orders"),

@@ -1,12 +1,13 @@
 """Time marching of one machine from turn to turn until the turn repeats."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure, UsageError
 from vibecalc.excitation.gas_tables import TURN
+from vibecalc.numerics import explicit_steps
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.between_kinks import running
 from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted
@@ -106,41 +107,28 @@ def march_to_repeat(
 
 
 def _fixed_turns(rates: _Rates, first: _Row, method: str, step: float) -> _Turns:
-    advance, stages = (_euler, 1) if method == "euler" else (_rk4, 4)
+    tableau = explicit_steps.METHODS[method]
+    stages = len(tableau.stage)
+
+    def motion(_: int, state: Sequence[float]) -> tuple[float, ...]:
+        """Rates of crank angle, crank speed, shell angle and shell speed."""
+        crank, shell = rates(*state)
+        return state[1], crank, state[3], shell
+
     rows, begin, goal = [first], first, 0.0
     while True:
         goal += TURN
         rows = rows[-1:]
         while rows[-1][_ANGLE] < goal:
-            state = advance(rates, rows[-1], step)
+            _, *now, crank, shell = rows[-1]
+            begun = (now[1], crank, now[3], shell)
+            state = explicit_steps.explicit_step(tableau, motion, now, step, begun)
             rows.append((rows[-1][_TIME] + step, *state, *rates(*state)))
         end = _between(rates, rows[-2], rows[-1], goal)
         inner = [row for row in rows if begin[_TIME] < row[_TIME] < end[_TIME]]
         turn = [begin, *inner, end]
         yield end, lambda turn=turn: turn, stages * round(rows[-1][_TIME] / step)  # type: ignore[misc]
         begin = end
-
-
-def _euler(rates: _Rates, row: _Row, h: float) -> tuple[float, float, float, float]:
-    _, b, w, theta, s, crank, shell = row
-    return b + h * w, w + h * crank, theta + h * s, s + h * shell
-
-
-def _rk4(rates: _Rates, row: _Row, h: float) -> tuple[float, float, float, float]:
-    _, b, w, theta, s, c1, d1 = row
-    half, sixth = 0.5 * h, h / 6.0
-    w2, s2 = w + half * c1, s + half * d1
-    c2, d2 = rates(b + half * w, w2, theta + half * s, s2)
-    w3, s3 = w + half * c2, s + half * d2
-    c3, d3 = rates(b + half * w2, w3, theta + half * s2, s3)
-    w4, s4 = w + h * c3, s + h * d3
-    c4, d4 = rates(b + h * w3, w4, theta + h * s3, s4)
-    return (
-        b + sixth * (w + 2.0 * (w2 + w3) + w4),
-        w + sixth * (c1 + 2.0 * (c2 + c3) + c4),
-        theta + sixth * (s + 2.0 * (s2 + s3) + s4),
-        s + sixth * (d1 + 2.0 * (d2 + d3) + d4),
-    )
 
 
 def _between(rates: _Rates, before: _Row, after: _Row, goal: float) -> _Row:

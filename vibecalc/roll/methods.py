@@ -1,11 +1,12 @@
 """The methods to a running state, by name, each with one setting of its accuracy."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.explicit_steps import METHODS, explicit_step
 from vibecalc.numerics.periodic.other_methods import solve_fourier
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.march import march_to_repeat
@@ -146,20 +147,15 @@ def _turn_over(
     start: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """States at the points x of one turn, and the derivative of the last by the first."""
-    state, change = start, np.eye(len(start))
-    path = [state]
-    for place, h in enumerate(np.diff(x)):
-        here, between, there = ends[place], middles[place], ends[place + 1]
-        k1, j1 = rates(here, state)
-        k2, j2 = rates(between, state + 0.5 * h * k1)
-        k3, j3 = rates(between, state + 0.5 * h * k2)
-        k4, j4 = rates(there, state + h * k3)
-        d1 = j1 @ change
-        d2 = j2 @ (change + 0.5 * h * d1)
-        d3 = j3 @ (change + 0.5 * h * d2)
-        d4 = j4 @ (change + h * d3)
-        state = state + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
-        change = change + h / 6.0 * (d1 + 2.0 * (d2 + d3) + d4)
+    path, change = [start], np.eye(len(start))
+    for place, length in enumerate(np.diff(x)):
+        stages = (ends[place], middles[place], middles[place], ends[place + 1])
+
+        def both(stage: int, now: list[FloatArray], at: Sequence[AngleTerms] = stages) -> Any:
+            value, jacobian = rates(at[stage], now[0])
+            return value, jacobian @ now[1]
+
+        state, change = explicit_step(METHODS["rk4"], both, (path[-1], change), length)
         path.append(state)
     return np.array(path), change
 

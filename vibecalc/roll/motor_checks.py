@@ -82,7 +82,8 @@ def _start(case: "Case", motor: "Motor") -> Iterator[Problem]:
             path=(*TABLE, "slip", len(motor.slip_table.slip) - 1),
             message="the start lies beyond the slip table",
             found=f"a last slip of {largest:.6g} rad/s, and {slip:.6g} rad/s at the start",
-            allowed=f"rows up to {slip:.6g} rad/s, or beyond = 'hold' for the last torque there",
+            allowed=f"rows up to {slip:.6g} rad/s, or extrapolation = 'hold' for the last torque "
+            "there",
             also=START,
         )
 

@@ -473,6 +473,6 @@ def _check_slip(state: SteadyTurn, drive: RollDrive) -> None:
     largest = float(np.max(np.abs(drive.synchronous_speed[..., None] - state.turn.crank_speed)))
     raise NumericalFailure(
         f"roll: the slip reaches {largest * _RPM:.6g} rpm, beyond the motor's table, which ends at "
-        f"{drive.motor.largest * _RPM:.6g} rpm; give a longer table, or machine.motor.beyond = "
-        '"hold" to keep its last torque'
+        f"{drive.motor.largest * _RPM:.6g} rpm; give a longer table, or "
+        'machine.motor.extrapolation = "hold" to keep its last torque'
     )

@@ -266,7 +266,7 @@ class StartUpSystem:
         raise NumericalFailure(
             f"at {time:.6g} s the crank runs at {speed:.6g} rad/s and {why}: the slip is more "
             f"than {self.drive.motor.largest:.6g} rad/s, the last of the motor's table; "
-            f'continue the table, or keep its last torque with beyond = "hold"'
+            f'continue the table, or keep its last torque with extrapolation = "hold"'
         )
 
     def started(self, count: int) -> BoolArray:

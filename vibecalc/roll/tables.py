@@ -146,6 +146,7 @@ class StartUp(Table):
     settled: Number = key(
         "change of the shell's acceleration per turn at which it counts as settled",
         0.01,
+        alias="settling_tolerance",
         gt=0,
         lt=1,
     )
@@ -174,17 +175,17 @@ Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 class GainRange(Table):
     """Limits of the controller's gain."""
 
-    lower: Number = key("smallest gain", gt=0)
-    upper: Number = key("largest gain", gt=0)
-    RULES = (ordered("lower", "upper"),)
+    lower: Number = key("smallest gain", gt=0, alias="min")
+    upper: Number = key("largest gain", gt=0, alias="max")
+    RULES = (ordered("min", "max"),)
 
 
 class FeedbackRange(Table):
     """Limits of the feedback of the shell's acceleration."""
 
-    lower: Time = key("smallest feedback, may be negative")
-    upper: Time = key("largest feedback")
-    RULES = (ordered("lower", "upper"),)
+    lower: Time = key("smallest feedback, may be negative", alias="min")
+    upper: Time = key("largest feedback", alias="max")
+    RULES = (ordered("min", "max"),)
 
 
 class Tune(Table):

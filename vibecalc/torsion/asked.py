@@ -109,7 +109,7 @@ def excited_orders(case: Case) -> tuple[float, ...]:
         engine = tuple(step * number for number in range(1, round(highest / step) + 1))
     if not shaft_line_of(case).excitations:
         return engine
-    from vibecalc.torsion.adapters.given_torques import all_orders
+    from vibecalc.torsion.station_torques import all_orders
 
     return tuple(all_orders(case, engine).order.tolist())
 
@@ -161,10 +161,10 @@ def least_steps(case: Case) -> float:
 
 
 def turned_angles(case: Case, change: "Transient") -> dict[str, float]:
-    """Angle in rad that the crank turns through before, during and after the change."""
+    """Angle in rad that the crank turns through before, during and after the change, by key."""
     if change.kind not in PASSAGES:
         speed = case.machine.speed
-        return {"before": change.before * speed, "after": change.after * speed}
+        return {"time_before": change.time_before * speed, "time_after": change.time_after * speed}
     begin = 0.0 if change.kind == "start" else change.start or 0.0
     end = change.stop or 0.0
     duration = change.duration
@@ -172,9 +172,9 @@ def turned_angles(case: Case, change: "Transient") -> dict[str, float]:
         assert change.acceleration is not None  # one of the two, says the form
         duration = abs(end - begin) / change.acceleration
     return {
-        "before": change.before * begin,
+        "time_before": change.time_before * begin,
         "change": duration * (begin + end) / 2.0,
-        "after": change.after * end,
+        "time_after": change.time_after * end,
     }
 
 

@@ -181,7 +181,7 @@ def _orders(case: Case, torsion: Torsion) -> Iterator[Problem]:
     if orders.step is not None and orders.step < least:
         yield Problem(
             path=(*path, "step"),
-            message="a two-stroke engine repeats itself every turn and has no half orders",
+            message="a two-stroke engine has no half orders",
             found=f"step = {orders.step:g}",
             allowed="1, or cycle = 'four_stroke'",
             also=("machine", "cycle"),
@@ -191,7 +191,7 @@ def _orders(case: Case, torsion: Torsion) -> Iterator[Problem]:
     if top > HIGHEST:
         yield Problem(
             path=(*path, "count"),
-            message="the orders go too far",
+            message="the highest order is too high",
             found=f"up to {top:g}",
             allowed=f"up to {HIGHEST:g}",
         )
@@ -248,7 +248,7 @@ def _published(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
         return
     yield Problem(
         path=(*TORSION, "as_published", "modes"),
-        message="more modes are asked for than the line has",
+        message="more modes are requested than the line has",
         found=f"modes = {options.modes}",
         allowed=f"up to {elastic}, its elastic modes",
     )
@@ -284,13 +284,13 @@ def design_problems(case: Case, line: ShaftLine, layout: Layout) -> Iterator[Pro
         if sought and key == "inertia" and bound is None:
             yield Problem(
                 path=DESIGN,
-                message="an inertia that is looked for needs bounds: more is always better",
+                message="a free inertia needs bounds: more is always better",
                 allowed="bounds = { inertia = ['2 kg*m^2', '9 kg*m^2'] }, for example",
             )
         if sought and given is not None:
             yield Problem(
                 path=(*DESIGN, key),
-                message=f"{key} is given and looked for",
+                message=f"{key} is given and to be found",
                 allowed=f"no {key}, or find without it",
                 also=(*DESIGN, "find") if "find" in design.model_fields_set else None,
             )
@@ -311,7 +311,7 @@ def design_problems(case: Case, line: ShaftLine, layout: Layout) -> Iterator[Pro
     if design.objective == "stress" and not {*counted} & {*stressed(line, layout)}:
         yield Problem(
             path=(*DESIGN, "objective"),
-            message="no shaft that counts has a section modulus for a stress",
+            message="none of these shafts has a section modulus for a stress",
             allowed="diameter, section_modulus or section on the shafts, or objective = 'torque'",
         )
 
@@ -412,7 +412,7 @@ def _effort_orders(case: Case, given: TangentialEffort) -> Iterator[Problem]:
         if order != round(order):
             yield Problem(
                 path=(*EFFORT, "harmonics", "order", place),
-                message="a two-stroke engine repeats itself every turn and has no half orders",
+                message="a two-stroke engine has no half orders",
                 found=f"{order:g}",
                 allowed="1, 2, 3, ..., or cycle = 'four_stroke'",
                 also=("machine", "cycle"),
@@ -427,7 +427,7 @@ def _effort_orders(case: Case, given: TangentialEffort) -> Iterator[Problem]:
         said = torsion is not None and torsion.orders is not None
         yield Problem(
             path=(*TORSION, "orders") if said else (*EFFORT, "harmonics", "order"),
-            message="the table of tangential effort does not have all orders that are asked for",
+            message="the table of tangential effort lacks requested orders",
             found=f"no order {', '.join(missing[:_LISTED])}{more}",
             allowed=f"orders that it has, up to {max(rows):g}",
             hint=_rather(rows, base),
@@ -459,7 +459,7 @@ def _motored(case: Case) -> Iterator[Problem]:
         if kind == "motored":
             yield Problem(
                 path=path,
-                message="harmonics of a cylinder that works do not say what one without fuel does",
+                message="harmonics of a firing cylinder do not define a motored one",
                 found="'motored'",
                 allowed="'no_gas', or gas_pressure, gas_cards or gas_cycle",
                 also=EFFORT,

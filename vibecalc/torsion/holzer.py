@@ -135,6 +135,18 @@ def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
     return HolzerTable(rows, angle, total)
 
 
+def relative_residual(line: Line, frequency: ArrayLike) -> FloatArray:
+    """What the last row leaves over the sum of the magnitudes of all inertia torques, (...).
+
+    1 towards frequency zero, where the line turns as a whole, and 0 at a natural frequency: sigma_3
+    of eq. 4.12 of Baca (2007), which grows with the frequency over all bounds, as a share. At
+    frequencies (...) above 0 in rad/s; raises `NumericalFailure` as `holzer_table`.
+    """
+    table, square = holzer_table(line, frequency), np.square(frequency)[..., None]
+    torque = square * line.inertia[table.rows.freedom] * table.angle
+    return np.asarray(table.sum_torque[..., -1] / np.abs(torque).sum(axis=-1))
+
+
 # ----------------------------------------------------------------------------
 # Errors of the shapes of a shaft line, measured: what one more step would correct, and what a
 # rounding of each inertia and stiffness moves.

@@ -35,7 +35,7 @@ def _count(line: ShaftLine) -> Iterator[Problem]:
     if shafts > wanted or (shafts < wanted and not line.gears):
         yield Problem(
             path=(*LINE, "shafts") if line.shafts else LINE,
-            message="a chain has one shaft less than stations",
+            message="a line in series has one shaft fewer than stations",
             found=f"{shafts} shafts and {wanted + 1} stations",
             allowed=f"{wanted} shafts, or `between` with the names of two stations for each",
         )
@@ -55,8 +55,8 @@ def _places(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
         if load.on == taking:
             yield Problem(
                 path=(*LINE, "absorbed_torques", place, "on"),
-                message=f"station {taking[:60]!r} takes up the mean torque that is left, and has a "
-                "load of its own",
+                message=f"station {taking[:60]!r} balances the mean torque, and has a load of its "
+                "own",
                 allowed="no load of its own, or another station as `balanced_by`",
                 also=(*LINE, "balanced_by") if line.balanced_by is not None else None,
             )
@@ -113,7 +113,7 @@ def _cylinders(case: Case, line: ShaftLine) -> Iterator[Problem]:
     if len(left) > twice:  # a name typed twice leaves one out
         yield Problem(
             path=(*LINE, "stations"),
-            message="these cylinders turn no station"
+            message="these cylinders have no station"
             if len(left) > 1
             else "a cylinder has no station",
             found=listed(left),
@@ -145,7 +145,7 @@ def _network(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
             + ("this station" if len(strays) == 1 else "these stations")
             + " to the crankshaft",
             found=listed([names[place] for place in strays]),
-            allowed="a shaft or a gear to each station; what turns alone is a case of its own",
+            allowed="a shaft or a gear to every station",
         )
         return
     for place, joint in enumerate(layout.joints[: len(line.shafts)]):
@@ -160,7 +160,7 @@ def _network(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
         if fires and abs(ratio - 1.0) > 1e-9:
             yield Problem(
                 path=(*LINE, "stations", place),
-                message="this station has a cylinder and does not turn as the crankshaft does",
+                message="this station has a cylinder and does not turn with the crankshaft",
                 found=f"{ratio:.9g} times the speed of {names[layout.crank]!r}",
                 allowed="all cylinders on one crankshaft, or on shafts of its speed and sense",
             )
@@ -231,8 +231,8 @@ def coupling_problems(case: Case, line: ShaftLine, layout: Layout) -> Iterator[P
         if one.over_mean_torque is not None and part[joint.first] == part[joint.second]:
             yield Problem(
                 path=(*SHAFTS, place, "coupling", "over_mean_torque"),
-                message=f"coupling {layout.sections[place][:60]!r} is in a closed loop, where "
-                "its mean torque is no matter of equilibrium alone",
+                message=f"coupling {layout.sections[place][:60]!r} is in a closed loop, where its "
+                "mean torque is statically indeterminate",
                 allowed="the stiffness at its mean torque, as `stiffness`",
             )
 
@@ -333,7 +333,7 @@ def _loads(line: ShaftLine) -> Iterator[Problem]:
         if least is not None and least <= 0.0:
             yield Problem(
                 path=(*path, "torque" if load.curve is None else "curve"),
-                message="a propeller damps by the torque that it takes, which is above zero",
+                message="propeller damping needs a braking torque",
                 found=f"{least:.6g} N*m",
                 allowed="a torque that brakes, or no propeller_damping",
                 also=(*path, "propeller_damping"),

@@ -147,7 +147,7 @@ def _said_once(key: str, words: str, wanted: bool) -> object:
         if len(places) > 1:
             yield row.problem(
                 ".".join(places[1]),
-                f"the {words} of the coupling stands twice",
+                f"the {words} of the coupling is given twice",
                 allowed=f"{key} in one place, {key}_factor in the others",
                 also=".".join(places[0]),
             )
@@ -288,7 +288,7 @@ class FatigueLine(Table):
     cycles: Number = key("at the knee", 1e6, ge=1e3, le=1e12)
     slope: Number = key("k of the line above the knee", 5.0, ge=1, le=50)
     below: Literal["elementary", "haibach", "original"] = key(
-        "the knee: the same slope, 2 k - 1, or no damage at all", "elementary"
+        "the knee: the same slope, 2 k - 1, or no damage at all", "elementary", alias="below_knee"
     )
     RULES = (one_of("stress", "torque"),)
 
@@ -478,7 +478,9 @@ class StationExcitation(Table):
     name: Name | None = key("label; default: that of the station", None)
     on: Name = key("name of a station")
     orders: tuple[Order, ...] = key(
-        "periods in a turn of its own shaft, or of the crankshaft, see `of`", (), max_length=MOST
+        "periods in a turn of its own shaft, or of the crankshaft, see `orders_of`",
+        (),
+        max_length=MOST,
     )
     blades: Blades | None = key(
         "instead: of a propeller or wheel; the orders are its multiples", None
@@ -492,7 +494,9 @@ class StationExcitation(Table):
     )
     harmonics: int = key("of a record: number of orders", 24, strict=True, ge=1, le=MOST)
     of: Literal["shaft", "crankshaft"] = key(
-        "whose turns the orders count: its own shaft's or the crankshaft's", "shaft"
+        "whose turns the orders count: its own shaft's or the crankshaft's",
+        "shaft",
+        alias="orders_of",
     )
     torques: tuple[Amplitude, ...] = key(
         "amplitudes, 0-to-peak, on its own shaft, at the operating speed", (), max_length=MOST
@@ -526,14 +530,14 @@ class StationExcitation(Table):
             "a record",
         ),
         no(
-            "of",
+            "orders_of",
             lambda t: not t.said("orders", "record"),
-            "`of` says whose turns the orders count, and there are none",
+            "`orders_of` says whose turns the orders count, and there are none",
             "orders with it",
         ),
         refuse(
             "orders",
-            "an order stands twice",
+            "an order is given twice",
             lambda t: len({*map(str, t.entries("orders"))}) < len(t.entries("orders")),
             "each order once",
         ),

@@ -194,7 +194,7 @@ def refined(
     if len(lost):
         raise NumericalFailure(
             f"loss factors as dashpots near {abs(guess[lost[0]]):.6g} rad/s: the mode there is "
-            "damped so strongly that it has no frequency of its own"
+            "damped so strongly that it has no natural frequency"
         )
     if not len(pole):
         return Poles(pole, x, pole, pole.real)

@@ -57,14 +57,14 @@ def _names(path: KeyPath, case: Case, curve: LineCurve) -> Iterator[Problem]:
     for place, name in enumerate(curve.of):
         if name not in of_it:
             yield Problem(
-                path=(*path, "of", place),
+                path=(*path, "quantities", place),
                 message=f"{curve.on[:60]!r} is {what}, which has no {name}",
                 found=repr(name),
                 allowed=listed(of_it),
             )
         elif name == "stress" and curve.on not in stressed(line, Layout(line)):
             yield Problem(
-                path=(*path, "of", place),
+                path=(*path, "quantities", place),
                 message=f"section {curve.on[:60]!r} has no section modulus for a stress",
                 found="'stress'",
                 allowed="diameter, section_modulus or section on this shaft",
@@ -76,8 +76,8 @@ def _names(path: KeyPath, case: Case, curve: LineCurve) -> Iterator[Problem]:
             path=(*path, "measured", column),
             message=f"{column} was measured, and there is no curve of it",
             found=f"curves of {listed(drawn)}",
-            allowed=f"of = ['{column}', ...] with it",
-            also=(*path, "of"),
+            allowed=f"quantities = ['{column}', ...] with it",
+            also=(*path, "quantities"),
         )
 
 
@@ -143,7 +143,7 @@ def _conditions(case: Case, torsion: Torsion) -> Iterator[Problem]:
     elif scales and all(one == 1.0 for one in scales):
         yield Problem(
             path=(*path, "pressure_scale"),
-            message="these pressures are those of cylinders that all fire",
+            message="these factors are all 1",
             found="1 for each",
             allowed="a factor other than 1",
         )
@@ -169,8 +169,7 @@ def limit_problems(
         if limit.alternating_share is not None and not gears:
             yield Problem(
                 path=(*path, "alternating_share"),
-                message="the line has no gear whose alternating torque could be a share of its "
-                "mean",
+                message="the line has no gear for alternating_share",
                 allowed="machine.shaft_line.gears, or a limit of another kind",
             )
         if limit.rule == "iacs_m53" and not has_crank_train(case.machine):
@@ -199,9 +198,9 @@ def _shafts(
     if not limit.sections and not usable:
         yield Problem(
             path=path,
-            message="no shaft has a throw with fillets, and the rule for crankshafts holds nothing"
+            message="no shaft has a throw with fillets for the rule for crankshafts"
             if of_cranks
-            else "no shaft has a section modulus, and a limit of the stress holds nothing",
+            else "no shaft has a section modulus for a stress limit",
             allowed="sections and crank here, or pin_fillet and journal_fillet on throws"
             if of_cranks
             else "diameter, section_modulus or section on the shafts that it is for",
@@ -253,7 +252,7 @@ def _throw(
     path: KeyPath, case: Case, limit: TorsionLimit, there: KeyPath, shaft: Shaft, words: str
 ) -> Iterator[Problem]:
     """One throw: everything there, its proportions those of the formulas, torsion left."""
-    from vibecalc.torsion import crank_strength as rule
+    from vibecalc.torsion import stress_limits as rule
 
     strength = shaft.tensile_strength or limit.tensile_strength
     if not strength:
@@ -380,7 +379,7 @@ def change_problems(line: ShaftLine, layout: Layout, torsion: Torsion) -> Iterat
     if change.cylinder is not None and change.cylinder in torsion.misfire:
         yield Problem(
             path=(*TRANSIENT_TABLE, "cylinder"),
-            message=f"cylinder {change.cylinder[:60]!r} does not fire from the begin",
+            message=f"cylinder {change.cylinder[:60]!r} does not fire from the start",
             allowed="a cylinder that is not in misfire",
             also=("response", "torsion", "misfire"),
         )
@@ -398,7 +397,7 @@ def _form(line: ShaftLine, torsion: Torsion, change: "Transient") -> Iterator[Pr
     if torsion.damping_model is not None and torsion.damping_model.kind == "modal":
         yield Problem(
             path=("response", "torsion", "damping_model", "kind"),
-            message="damping ratios by mode have no dashpots to follow in time",
+            message="damping ratios by mode have no dashpots for the time domain",
             allowed="kind = 'rayleigh', or no damping_model and dampings of shafts, stations or "
             "dampers",
             also=TRANSIENT_TABLE,
@@ -407,8 +406,7 @@ def _form(line: ShaftLine, torsion: Torsion, change: "Transient") -> Iterator[Pr
     if hung and change.kind not in AT_CONSTANT_SPEED:
         yield Problem(
             path=(*LINE, "dampers", hung[0]),
-            message="pendulums change their stiffness with the speed, which a change of speed in "
-            "time does not follow",
+            message="pendulums cannot be part of a transient with changing speed",
             allowed=f"a change at constant speed: {', '.join(AT_CONSTANT_SPEED)}",
             also=(*TRANSIENT_TABLE, "kind"),
         )
@@ -422,8 +420,8 @@ def _massless(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
         if freedom not in heavy:
             yield Problem(
                 path=(*LINE, "stations", n, "inertia"),
-                message=f"station {one.name[:60]!r} has no inertia, and a change in time needs one "
-                "at every station",
+                message=f"station {one.name[:60]!r} has no inertia: a transient needs one at "
+                "every station",
                 found="0",
                 allowed="an inertia above 0, or its two shafts as one of their common stiffness",
                 also=TRANSIENT_TABLE,
@@ -442,7 +440,7 @@ def _clutch(line: ShaftLine, layout: Layout, name: str) -> Iterator[Problem]:
         yield Problem(
             path=path,
             message=f"stations {layout.names[joint.first][:60]!r} and "
-            f"{layout.names[joint.second][:60]!r} are joined by another way, too, and cannot turn "
+            f"{layout.names[joint.second][:60]!r} are also joined by another path and cannot turn "
             "at two speeds",
             found=repr(name[:60]),
             allowed="a shaft that is the only way between the two parts of the line",
@@ -461,7 +459,7 @@ def _clutch(line: ShaftLine, layout: Layout, name: str) -> Iterator[Problem]:
     if held:
         yield Problem(
             path=path,
-            message="a station that a stiffness to ground holds cannot change its speed",
+            message="a station with a stiffness to ground cannot change its speed",
             allowed="no ground_stiffness, or another change",
             also=(*LINE, "stations", held[0], "ground_stiffness"),
         )

@@ -84,14 +84,17 @@ class LineCurve(Table):
         Literal["torque", "stress", "twist", "angle", "angular_speed", "angular_acceleration"],
         ...,
     ] = key(
-        "default: torque, and stress where it is known; of a station the angle", (), max_length=6
+        "default: torque, and stress where it is known; of a station the angle",
+        (),
+        alias="quantities",
+        max_length=6,
     )
     orders: tuple[LineOrder, ...] = key("orders to show; default: by share", (), max_length=400)
     share: Number = key("orders are shown from this share of the largest on", 0.05, gt=0, le=1)
     measured: MeasuredPoints | None = key("measured points, drawn with the curves", None)
     RULES = (
         at_most_one("orders", "share"),
-        once("of", "quantity"),
+        once("quantities", "quantity"),
         once("orders", "order"),
     )
 
@@ -459,14 +462,14 @@ class Transient(Table):
     )
     friction_torque: Moment | None = key("slip torque of the clutch, on its own shaft", None, gt=0)
     engaging_time: Time | None = key("time of its linear rise from 0; default: at once", None, gt=0)
-    before: Time = key("time in the initial state that is also computed", 0.0, ge=0)
-    after: Time = key("time computed afterwards", 1.0, gt=0)
+    time_before: Time = key("time in the initial state that is also computed", 0.0, ge=0)
+    time_after: Time = key("time computed afterwards", 1.0, gt=0)
     counting: CycleCounting | None = key("also count cycles of torque and stress", None)
     RULES = (
         refers("on", "machine.shaft_line.stations", "station"),
         refers("cylinder", "machine.crank_train.cylinders", "cylinder"),
         by_kind(
-            "change",
+            "transient",
             run_up=_PASS,
             run_down=_PASS,
             start="to | acceleration duration",
@@ -481,7 +484,7 @@ class Transient(Table):
         ordered(
             "from",
             "to",
-            "a run-up goes from a lower speed to a higher one",
+            "a run-up has to go from a lower to a higher speed",
             when=lambda t: t["kind"] == "run_up",
         ),
         ordered(

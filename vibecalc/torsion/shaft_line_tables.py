@@ -214,7 +214,7 @@ class Section(Table):
 #: of what leads from one station to another
 _TO_ITSELF = refuse(
     "between",
-    "this {list} leads from a station to itself",
+    "this {list} connects a station to itself",
     lambda t: len({*map(str, t.entries("between"))}) == 1,
     "two different stations",
     found="{between}",
@@ -266,7 +266,7 @@ class Shaft(Table):
         at_most_one("magnifier", "lehr_ratio"),
         refuse(
             "loss_factor",
-            "loss_factor and another word for it exclude each other",
+            "loss_factor and another word for it are mutually exclusive",
             lambda t: t.number("loss_factor") and ("magnifier" in t or "lehr_ratio" in t),
             "loss_factor, magnifier, or lehr_ratio",
         ),

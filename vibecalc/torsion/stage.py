@@ -236,7 +236,7 @@ def _curves(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Sta
 
     for name, adapter, there, why in (
         ("curves", "order_curves", torsion.curves and torsion.speeds, "are"),
-        ("irregularity", "irregularity", torsion.irregularity, "is"),
+        ("irregularity", "order_curves", torsion.irregularity, "is"),
         ("conditions", "conditions", torsion.conditions, "is"),
     ):
         at_once = f", for {len(condition_names(case))} conditions at once"
@@ -261,6 +261,7 @@ def _studies(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[St
         lacking = _without(
             (speeds, f"{PUBLISHED}twist_magnitude"),
             (published.magnifier != "undamped", "critical largest_twist"),
+            (has_holzer(case), "residual"),
         )
         paths = below(PUBLISHED, lacking)
         yield _stage(
@@ -469,7 +470,7 @@ SUBJECT = Subject(
         "torsion_transient": "vibecalc.torsion.pictures.studies:TORSION_TRANSIENT",
         "torsion_waterfall": "vibecalc.torsion.pictures.studies:draw_torsion_waterfall",
         "torsion_couplings": "vibecalc.torsion.pictures.speeds:TORSION_COUPLINGS",
-        "torsion_dampers": "vibecalc.torsion.pictures.speeds:TORSION_DAMPERS",
+        "torsion_twists": "vibecalc.torsion.pictures.speeds:TORSION_TWISTS",
         "torsion_variable_inertia": "vibecalc.torsion.pictures.studies:VARIABLE_INERTIA",
         "torsion_as_published": "vibecalc.torsion.pictures.studies:AS_PUBLISHED",
         "damper_map": "vibecalc.torsion.pictures.studies:draw_damper_map",

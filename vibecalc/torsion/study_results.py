@@ -25,6 +25,9 @@ _BY_ELASTIC_MODE = "elastic_mode order"
 AS_PUBLISHED = under(
     f"{ROOT}/as_published",
     entry("natural_frequency", "elastic_mode", "rad/s", "undamped"),
+    entry("residual", "frequency", "",
+          "Holzer's table: torque of the last row over the sum of all inertia torques; 0 at a "
+          "natural frequency"),
     entry("rayleigh_inertia", "", "1/s", "factor of the inertia in Rayleigh damping"),
     entry("rayleigh_stiffness", "", "s", "factor of the stiffness in Rayleigh damping"),
     entry("rayleigh_damping_ratio", "elastic_mode", "",

@@ -67,7 +67,7 @@ class LineSpeeds(Table):
         le=1_000_000,
     )
     spacing: Literal["linear", "logarithmic"] = key("spacing of the points", "linear")
-    RULES = (ordered("from", "to", "speeds go from a lower one to a higher one"),)
+    RULES = (ordered("from", "to", "speeds have to go from a lower to a higher one"),)
 
 
 class LineOrders(Table):

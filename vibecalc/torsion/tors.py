@@ -75,12 +75,12 @@ def parsed(text: str) -> dict[str, Any]:
     except json.JSONDecodeError as error:
         line = text.splitlines()[error.lineno - 1].strip()[:60] if text.strip() else ""
         raise NoAssembly(
-            f"line {error.lineno}, column {error.colno} is no JSON: {line!r}"
+            f"line {error.lineno}, column {error.colno} is not JSON: {line!r}"
             if line
-            else "the file is no JSON, it ends too early"
+            else "the file is not JSON, it ends too early"
         ) from None
     except (RecursionError, ValueError):  # brackets without end, a number of 5000 digits
-        raise NoAssembly("the file is no JSON that can be read") from None
+        raise NoAssembly("the file is not readable JSON") from None
     if not isinstance(data, dict) or not isinstance(data.get("components"), list):
         found = f"the keys {', '.join(map(repr, list(data)[:6]))}" if isinstance(data, dict) else ""
         raise NoAssembly(

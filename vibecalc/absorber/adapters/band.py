@@ -76,9 +76,9 @@ def run_band_tuning(scene: Scene) -> None:
         _emit_tolerances(scene, problem, found)
     _emit_next_to(scene, options, problem, found, banded)
     if found.unsprung:
-        scene.warn("the best absorber for this band hardly has a spring: its damper does it alone")
+        scene.warn("the optimum absorber for this band is practically a damper without a spring")
     if found.is_set and not helps and options.bounds is None:
-        scene.warn("many tunings are as good: the largest response stands at one end")
+        scene.warn("many tunings are equally good: the largest response is at one end")
     elif not (helps or as_given):
         scene.warn(
             f"no absorber of this mass does better than none within the band: the largest response "
@@ -270,9 +270,10 @@ def _warn_of_bounds(
             for end in ends:
                 if 0.0 < end < np.inf and abs(value - end) <= 1e-9 * end:
                     scene.warn(
-                        f"the tuning{name} is held by the bound of its {what} ratio, {end:.6g}"
+                        f"the tuning{name} is limited by the bound on its {what} ratio, {end:.6g}"
                     )
     for place in sorted({*found.limit[found.limit > 0]}):
         scene.warn(
-            f"the tuning{names[place - 1]} is held by the bound of its travel, {problem.travel:.6g}"
+            f"the tuning{names[place - 1]} is limited by the bound on its travel, "
+            f"{problem.travel:.6g}"
         )

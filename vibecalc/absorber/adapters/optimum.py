@@ -33,7 +33,7 @@ class BestTuning(NamedTuple):
     """Stiffness and damping found (...), what they make small (`value`; `alone` without an
     absorber), with absolute errors.
 
-    `is_set`: many tunings are as good. `above_floor`: the peak less what no absorber changes at
+    `is_set`: the optimum is not unique. `above_floor`: the peak less what no absorber changes at
     rest or at high frequency, to its own digits. NaN is what is not known. `remarks`: words for the
     report on a single one.
     """
@@ -115,7 +115,7 @@ def best_tuning(options: Tuning, z1: float, m: float) -> BestTuning:
     elif options.kind == "free":
         limit = threshold(options.excitation, options.response)
         if best.is_set:
-            words = f"many tunings are as good: {limit.why}; the one given is one of them"
+            words = f"many tunings are equally good: {limit.why}; the one given is one of them"
         elif not best.helps:
             words = (
                 f"no absorber helps: the primary's damping {z1:.6g} is not below the threshold "

@@ -92,7 +92,7 @@ def _is_reported(quantity: "Quantity") -> bool:
 
 def find_topics(loaded: "LoadedCase") -> list[Topic]:
     """The first search of the case for a wanted value; none where all seek extremes."""
-    searches = [search for search in loaded.case.find if search.seek is None]
+    searches = [search for search in loaded.case.find if search.sense is None]
     if not searches:
         return []
     search = searches[0]

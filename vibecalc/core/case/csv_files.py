@@ -143,7 +143,7 @@ def _parted(row: Sequence[str], separator: str) -> str:
     others = (sign for sign in _SEPARATORS if sign != separator)
     if not any(sign in cell for sign in others for cell in row):
         return ""
-    return f"cells are parted by {_SEPARATORS[separator]}, as in the line of names"
+    return f"cells are separated by {_SEPARATORS[separator]}, as in the line of names"
 
 
 def _rows(numbered: Sequence[tuple[int, str]], separator: str) -> list[tuple[int, list[str]]]:
@@ -158,7 +158,7 @@ def _rows(numbered: Sequence[tuple[int, str]], separator: str) -> list[tuple[int
             if any(cells):
                 rows.append((numbered[reader.line_num - 1][0], cells))
     except csv.Error as error:
-        raise Unreadable(f"the file is no CSV: {error}") from None
+        raise Unreadable(f"the file is not a CSV file: {error}") from None
     if not rows:
         raise Unreadable("the file is empty", "a line of column names, then lines of values")
     return rows
@@ -188,7 +188,7 @@ def content_beside(folder: Path, name: str, largest: int, example: str, like: st
     except (OSError, ValueError, RuntimeError):  # a null character; links in a circle
         inside = True  # which reading says
     if Path(name).is_absolute() or not inside:
-        raise Unreadable("the file has to lie in the folder of its case", example)
+        raise Unreadable("the file has to be in the folder of its case", example)
     try:
         content = content_of(path, largest)
     except Missing as error:
@@ -253,8 +253,8 @@ def numbers_of(name: str, column: Column) -> list[str]:
     def read(cell: str) -> str:
         if column.decimal == "," and _POINT.match(cell):
             raise Unreadable(
-                f"a point, where other numbers of the file have commas: {cell[:40]!r}",
-                "one sign of decimals in a file, and none of thousands",
+                f"a decimal point, where other numbers of the file have commas: {cell[:40]!r}",
+                "one decimal sign in a file, and no thousands separator",
             )
         written = with_point(cell, column)
         try:
@@ -266,7 +266,7 @@ def numbers_of(name: str, column: Column) -> list[str]:
             what = f"too large for a double: {written[:40]!r}"
             raise Unreadable(what, "a finite number in every cell")
         if column.unit and unit:
-            what = f"the unit stands twice: {written[:40]!r}"
+            what = f"the unit is given twice: {written[:40]!r}"
             raise Unreadable(what, f"numbers alone in a column of [{column.unit}]")
         return written
 

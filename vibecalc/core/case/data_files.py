@@ -169,7 +169,7 @@ def _tables(folder: Path, name: str, like: str) -> Data:
     try:
         entries = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise Unreadable(f"the file is no TOML: {error}") from None
+        raise Unreadable(f"the file is not TOML: {error}") from None
     entries = {name: one for name, one in entries.items() if isinstance(one, dict)}
     if not entries:
         raise Unreadable("the catalogue has no tables", "a table for each type, as ['type 1']")
@@ -234,7 +234,7 @@ def _with_unit(name: str, column: Column) -> list[str]:
 def _attach_reference(row: Data, folder: Path) -> None:
     twice = [key for key in ("entry", "value") if key in row]
     if twice:
-        raise Unreadable(f"{twice[0]} and file exclude each other", "one way or the other")
+        raise Unreadable(f"{twice[0]} and file are mutually exclusive", "one way or the other")
     columns = read_columns(folder, row["file"])
     first, *others = columns
     if not others:

@@ -241,9 +241,9 @@ def parse_source(text: str, file_name: str) -> dict[str, Any]:
 #: what tomllib says (a part of it) -> what a person understands
 _TOML_WORDS = {
     **dict.fromkeys(
-        ("Cannot overwrite", "Duplicate inline table key"), "a key that stands twice in its table"
+        ("Cannot overwrite", "Duplicate inline table key"), "a key that is given twice in its table"
     ),
-    **dict.fromkeys(("Cannot declare", "Cannot mutate immutable"), "a table that stands twice"),
+    **dict.fromkeys(("Cannot declare", "Cannot mutate immutable"), "a table that is given twice"),
     "Invalid value": "a value that cannot be read",
 }
 

@@ -18,9 +18,9 @@ ANGLES = frozenset(
 #: Keys whose value may be as small as it likes: coordinates, shares and differences.
 MAY_VANISH = frozenset(
     {"position", "positions", "origin", "wrist_pin_offset", "inertia_products", "gravity", "from"}
-    | {"values", "pressure", "cosine", "sine", "stand"}
+    | {"values", "pressure", "cosine", "sine", "dwell"}
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
-    | {"lower", "upper", "between", "density", "real", "imaginary"}
+    | {"min", "max", "between", "density", "real", "imaginary"}
 )
 #: what is said of a number that is out of range: message, unit, what is allowed, a hint
 _TOO_LARGE_ANGLE = (

@@ -136,7 +136,7 @@ def parse_override(text: str) -> tuple[Overridden, Any]:
     if not sign or len(text) > _LONGEST:
         raise UsageError(f"--set needs key=value, found {_short(text)!r}")
     if not fits_a_line(text):
-        raise UsageError(f"--set has a character that cannot be printed: {_short(text)!r}")
+        raise UsageError(f"--set has an unprintable character: {_short(text)!r}")
     from vibecalc.core.case.walk import shape_at, with_names
 
     path = parse_key(key.strip())

@@ -163,9 +163,9 @@ def _unseen(value: Any, path: KeyPath) -> Iterator[Problem]:
         name = unicodedata.name(character, "a control character").lower()
         yield Problem(
             path=path,
-            message=f"{path[-1]} has a character that cannot be printed",
+            message=f"{path[-1]} has an unprintable character",
             found=f"{spelled(character)}, {name}",
-            allowed="characters that are seen, spaces, tabs and new lines",
+            allowed="printable characters, spaces, tabs and new lines",
         )
 
 
@@ -231,7 +231,7 @@ class OneOf:
         given = self.given(row)
         allowed = self.allowed or ", or ".join(map(both, self.alternatives))
         for key in given[1:]:
-            message = f"{key} and {given[0]} exclude each other"
+            message = f"{key} and {given[0]} are mutually exclusive"
             yield row.problem(key, message, allowed=allowed, also=given[0])
         needed = self.needed(row) if callable(self.needed) else self.needed
         every = [key for alternative in self.alternatives for key in alternative]
@@ -446,7 +446,7 @@ def unique(key: str, what: str = "", name: str = "name") -> Rule:
 
 
 def once(key: str, what: str) -> Rule:
-    """No text and no number stands twice in the list at `key`."""
+    """No text and no number is given twice in the list at `key`."""
 
     def rule(row: Row) -> Iterator[Problem]:
         names = row.listed(key)
@@ -456,8 +456,8 @@ def once(key: str, what: str) -> Rule:
                 shown = row.entries(key)[place]
                 yield row.problem(
                     (*row.path, key, place),
-                    f"{what} {repr(shown[:60]) if isinstance(shown, str) else shown} stands twice "
-                    f"in {key}",
+                    f"{what} {repr(shown[:60]) if isinstance(shown, str) else shown} is given "
+                    f"twice in {key}",
                     allowed=f"each {what} once",
                     also=(*row.path, key, names.index(name)),
                 )
@@ -478,7 +478,7 @@ def ascending(key: str, start: float | None = None) -> Rule:
             low, high = numbers[back[0] - 1 : back[0] + 1]
             yield row.problem(
                 (*row.path, key, back[0]),
-                f"the entries of {key} have to ascend",
+                f"the entries of {key} must be ascending",
                 found=f"{low:.6g}{unit}, then {high:.6g}{unit} in row {back[0] + 1}",
                 allowed="each larger than the one before it",
             )
@@ -502,7 +502,7 @@ def same_length(*columns: str, what: str = "") -> Rule:
         if len({len(rows) for rows in lists.values()}) > 1 and not short:
             yield row.problem(
                 "",
-                f"the columns of {what or row.path[-1]} are not of one length",
+                f"the columns of {what or row.path[-1]} differ in length",
                 found=", ".join(f"{len(rows)} of {key}" for key, rows in lists.items()),
                 allowed="as many entries in each",
             )
@@ -521,7 +521,7 @@ def ordered(
         if first is not None and last is not None and not first < last and (not when or when(row)):
             yield row.problem(
                 low if low in row else high,
-                message or f"{row.header()} goes from a lower value to a higher one",
+                message or f"{row.header()} has to go from a lower to a higher value",
                 found=f"{low} {str(row[low])[:40]}{joined}{high} {str(row[high])[:40]}",
                 allowed=f"{low} < {high}",
                 also=high if low in row else (),
@@ -531,7 +531,7 @@ def ordered(
 
 
 #: of a table that says from which speed to which one
-upwards = ordered("from", "to", "a run-up goes from a lower speed to a higher one")
+upwards = ordered("from", "to", "a run-up has to go from a lower to a higher speed")
 
 
 def below(low: str, high: str, message: str, equal: bool = False) -> Rule:
@@ -562,7 +562,7 @@ def pair_ordered(key: str, equal: bool = True) -> Rule:
         if not equal or numbers[0] > numbers[1]:
             yield row.problem(
                 key,
-                f"{key} goes from a lower value to a higher one",
+                f"{key} has to go from a lower to a higher value",
                 found=f"{ends[0]} to {ends[1]}",
                 allowed=f"from {'<=' if equal else '<'} to",
             )

@@ -51,7 +51,7 @@ def changeable(case: Data, key: str, tables: tuple[str, ...], kinds: tuple[str, 
         for rule in row.model.RULES:
             given = rule.given(with_key) if isinstance(rule, OneOf) else []
             if len(given) > 1:
-                raise UsageError(f"{given[1]} and {given[0]} exclude each other")
+                raise UsageError(f"{given[1]} and {given[0]} are mutually exclusive")
     return shape
 
 
@@ -107,9 +107,9 @@ MOST_WHOLE = 10_000
 
 
 def _bounds(row: Row, shape: Shape) -> Generator[Problem, None, list[float]]:
-    """Problems of `lower` and `upper`: unit, range, order; returns those that can be read."""
+    """Problems of `min` and `max`: unit, range, order; returns those that can be read."""
     values: list[float] = []
-    for side in ("lower", "upper"):
+    for side in ("min", "max"):
         if not is_value(row[side]):
             continue
         try:
@@ -122,11 +122,11 @@ def _bounds(row: Row, shape: Shape) -> Generator[Problem, None, list[float]]:
             yield row.problem(side, message, found=str(row[side])[:60], allowed=bound_words(shape))
     if len(values) == 2 and not values[0] < values[1]:
         yield row.problem(
-            "lower",
+            "min",
             "the lower bound has to be below the upper one",
-            found=f"lower {row['lower']} and upper {row['upper']}",
-            allowed="lower < upper",
-            also="upper",
+            found=f"min {row['min']} and max {row['max']}",
+            allowed="min < max",
+            also="max",
         )
     return values
 
@@ -190,7 +190,7 @@ def check_search(row: Row) -> Iterator[Problem]:
             yield from _bounds(variable, shape)
             if picked:
                 yield from _whole_ones(variable, shape)
-        for tie in variable.each("with"):
+        for tie in variable.each("followed_by"):
             of = yield from _changed(tie, "key", tie["key"], seen, refusal=refusal, twice=twice)
             if of is not None:
                 yield from _tie(variable, shape, tie, of)
@@ -204,8 +204,8 @@ def check_search(row: Row) -> Iterator[Problem]:
             tolerance["key"],
             scattered,
             tables=(*CHANGEABLE, "response"),
-            refusal="this key cannot scatter",
-            twice="{key} scatters twice",
+            refusal="this key cannot have a tolerance",
+            twice="{key} has two tolerances",
         )
         for side in ("half_width", "deviation") if shape else ():
             yield from _size(tolerance, side, shape.unit or "" if shape else "")
@@ -225,7 +225,7 @@ def _tie(variable: Row, leads: Shape, tie: Row, shape: Shape) -> Iterator[Proble
         message = "no offset in the unit of the key"
         yield tie.problem("offset", message, found=found, allowed=unit or "a number")
     elif isinstance(factor, int | float) and not isinstance(factor, bool):
-        bounds = (read_number(variable[side], unit) for side in ("lower", "upper"))
+        bounds = (read_number(variable[side], unit) for side in ("min", "max"))
         values = [factor * bound + offset for bound in bounds if bound is not None]
         yield from _taken(tie, "", tie["key"], shape, values)
 
@@ -238,9 +238,9 @@ def _choices(variable: Row, shape: Shape) -> Iterator[Problem]:
         read = yield from _read(value, shape, path)
         if read is not None and taken.setdefault(read, place) != place:
             also = (*path[:-1], taken[read])
-            yield variable.problem(path, f"{str(value)[:40]} stands twice", also=also)
-    if shape.kind == "choice" and variable["with"]:
-        yield variable.problem("with", "no key can follow one that holds names")
+            yield variable.problem(path, f"{str(value)[:40]} is given twice", also=also)
+    if shape.kind == "choice" and variable["followed_by"]:
+        yield variable.problem("followed_by", "no key can follow one that holds names")
 
 
 def whole_numbers(lower: float, upper: float) -> range:
@@ -259,24 +259,27 @@ def _whole_ones(variable: Row, shape: Shape) -> Iterator[Problem]:
             hint='choices = ["1 mm", "2 mm"]',
         )
         return
-    low, high = (read_number(variable[side], "") for side in ("lower", "upper"))
+    low, high = (read_number(variable[side], "") for side in ("min", "max"))
     if low is None or high is None or not low < high:
         return
     count = len(whole_numbers(low, high)) if max(abs(low), abs(high)) < 1e15 else 0
     if not 1 <= count <= MOST_WHOLE:
         yield variable.problem(
-            "lower",
+            "min",
             "no whole number between the bounds" if not count else "too many whole numbers",
-            found=f"{variable['lower']} to {variable['upper']}",
+            found=f"{variable['min']} to {variable['max']}",
             allowed=f"1 to {MOST_WHOLE} of them",
-            also="upper",
+            also="max",
         )
 
 
 def _stock(stock: Row, seen: Seen) -> Iterator[Problem]:
     """Problems of a stock: the tables that take over what is picked, and what its items settle."""
     places: list[tuple[KeyPath, Any]] = [(stock.place("table"), stock["table"])]
-    places += [((*stock.path, "also", n), one) for n, one in enumerate(stock.entries("also"))]
+    places += [
+        ((*stock.path, "further_tables", n), one)
+        for n, one in enumerate(stock.entries("further_tables"))
+    ]
     tables = []
     for path, table in places:
         if isinstance(table, str) and table:
@@ -375,7 +378,7 @@ _SEARCHABLE = ("machine", "excitation", "response", "isolation")
 def check_find(row: Row) -> Iterator[Problem]:
     """Yield the problems of key, bounds, and of the keys that follow it, of one [[find]]."""
     seen: Seen = {}
-    key, also, ratios = row["key"], row["also"], list[float]()
+    key, also, ratios = row["key"], row["scaled_with"], list[float]()
     lead = yield from _number(row, "key", key, seen)
     if lead is not None:
         shape, written = lead
@@ -384,12 +387,12 @@ def check_find(row: Row) -> Iterator[Problem]:
             ratios = [bound / written for bound in bounds if not math.isnan(written)]
         if also and written == 0.0:
             message = "keys cannot change in the ratio of one that is zero as written"
-            yield row.problem("key", message, found=f"{key} = 0", also="also")
+            yield row.problem("key", message, found=f"{key} = 0", also="scaled_with")
         elif also and math.isnan(written):
             message = f"keys cannot change in the ratio of {key}, which the case leaves out"
-            yield row.problem("also", message, hint=f"write {key} into the case")
-    for place, other in enumerate(row.entries("also")):
-        at = (*row.path, "also", place)
+            yield row.problem("scaled_with", message, hint=f"write {key} into the case")
+    for place, other in enumerate(row.entries("scaled_with")):
+        at = (*row.path, "scaled_with", place)
         number = yield from _number(row, at, other, seen)
         if number is not None:
             shape, written = number

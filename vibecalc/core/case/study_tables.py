@@ -92,7 +92,9 @@ class Stock(Table):
 
     name: ResultName = described("names the results: letters, digits and _")
     table: Key = described("table of the case that takes the item's values")
-    also: tuple[Key, ...] = described("further tables that take the same values", (), max_length=32)
+    also: tuple[Key, ...] = described(
+        "further tables that take the same values", (), alias="further_tables", max_length=32
+    )
     items: tuple[StockItem, ...] = described("items to choose from", (), max_length=1000)
     catalogue: str | None = described(
         "CSV with a line for each, or TOML with a table for each, instead of items", None
@@ -147,8 +149,8 @@ class Variable(Table):
     """A design variable: one key of the case, with the keys tied to it."""
 
     key: Name = described("as in machine.mounts.each.stiffness or ...cylinders[0].position")
-    lower: Value | None = described("lower bound, SI or with a unit", None)
-    upper: Value | None = described("upper bound, SI or with a unit", None)
+    lower: Value | None = described("lower bound, SI or with a unit", None, alias="min")
+    upper: Value | None = described("upper bound, SI or with a unit", None, alias="max")
     integer: bool | None = described("integers between the bounds only", None, strict=True)
     choices: Labels = described(
         "the values that it may take, instead of bounds: SI, with a unit, or names", ()
@@ -156,13 +158,13 @@ class Variable(Table):
     follow: tuple[TiedKey, ...] = described(
         "keys that follow it: each factor times its value, plus offset",
         (),
-        alias="with",
+        alias="followed_by",
         max_length=32,
     )
     RULES = (
-        one_of("lower upper", "choices"),
-        needs("lower", "upper"),
-        needs("upper", "lower"),
+        one_of("min max", "choices"),
+        needs("min", "max"),
+        needs("max", "min"),
         at_most_one("integer", "choices"),
     )
 
@@ -237,17 +239,20 @@ class Find(Table):
     name: ResultName = described("names the results find/<name>/...: letters, digits and _")
     key: Key = described("the varied number, as in machine.crank_train.rod_length")
     also: tuple[Key, ...] = described(
-        "further keys, changed in the same ratio as this one", (), max_length=32
+        "further keys, changed in the same ratio as this one",
+        (),
+        alias="scaled_with",
+        max_length=32,
     )
-    lower: Value = described("smallest value searched, SI or with a unit")
-    upper: Value = described("largest value searched, SI or with a unit")
+    lower: Value = described("smallest value searched, SI or with a unit", alias="min")
+    upper: Value = described("largest value searched, SI or with a unit", alias="max")
     quantity: ResultPath = described("result path")
     where: Where = described(
         "picks an entry along named axes; of several left the largest counts", default_factory=dict
     )
     target: Value | None = described("wanted value; or", None)
     change: Value | None = described("wanted change from the case as written; or", None)
-    seek: Literal["minimum", "maximum"] | None = described(
+    sense: Literal["min", "max"] | None = described(
         "the extreme between the bounds, instead of a value", None
     )
     points: Annotated[int, Field(strict=True, ge=3, le=2000)] = described(
@@ -263,8 +268,8 @@ class Find(Table):
         one_of(
             "target",
             "change",
-            "seek",
-            allowed="one of target (a value), change (from the case as written) or seek (an "
+            "sense",
+            allowed="one of target (a value), change (from the case as written) or sense (an "
             "extreme)",
         ),
         "vibecalc.core.case.search_checks:check_find",
@@ -317,7 +322,7 @@ class Fit(Table):
             "variables",
             "a fit moves numbers between bounds, it picks nothing from lists",
             lambda t: any("choices" in one or "integer" in one for one in t.each("variables")),
-            "lower and upper",
+            "min and max",
             hint="[optimisation] picks from lists",
         ),
         _points,
@@ -339,10 +344,10 @@ class Distribution(Table):
     """Distribution of a key; mean and deviation are those of the key itself, in every kind."""
 
     kind: Literal["uniform", "normal", "lognormal", "triangular"] = described(
-        "uniform and triangular need lower and upper, the others mean and deviation"
+        "uniform and triangular need min and max, the others mean and deviation"
     )
-    lower: Value | None = described("smallest value", None)
-    upper: Value | None = described("largest value", None)
+    min: Value | None = described("smallest value", None)
+    max: Value | None = described("largest value", None)
     mode: Value | None = described(
         "most likely value of a triangular distribution; default: half way", None
     )
@@ -351,8 +356,8 @@ class Distribution(Table):
     RULES = (
         by_kind(
             "distribution",
-            uniform="lower upper",
-            triangular="lower upper | mode",
+            uniform="min max",
+            triangular="min max | mode",
             normal="mean deviation",
             lognormal="mean deviation",
         ),
@@ -390,7 +395,7 @@ class Axis(Along):
     """One axis of a sweep: a key, and those that vary together with it."""
 
     together: Annotated[tuple[Along, ...], Field(max_length=31)] = described(
-        "keys that take their values in step with this one", (), alias="with"
+        "keys that take their values in step with this one", (), alias="in_step"
     )
 
 

@@ -34,7 +34,7 @@ def _has_unit(value: Any) -> bool:
 
 
 _UNIT_ONCE = refuse(
-    "unit", "the unit stands twice", _unit_twice, found="{value} and unit = {unit}", also="value"
+    "unit", "the unit is given twice", _unit_twice, found="{value} and unit = {unit}", also="value"
 )
 
 

@@ -39,6 +39,8 @@ _SEEN = 60
 _FEW, _FEWEST = 1e3, 3
 #: and from which on not every power of ten has one
 _MANY = 1e12
+#: of the largest, marks of a path closer than which share their words
+_CLOSE = 0.06
 #: the least that is written as a plain number
 _LEAST = 1e-4
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
@@ -67,8 +69,16 @@ def canvas(result: Any, subtitle: str, height: float) -> "Figure":
     figure = Sheet(figsize=(WIDTH, min(TYPE / 10.0 * height, _HIGHEST)), layout="constrained")
     FigureCanvasAgg(figure)
     title = str(result.case.get("title") or result.name)
-    figure.suptitle("\n".join(fold(f"{title}\n{subtitle}".rstrip(), LETTERS)), fontsize=9)
+    lines = [line for words in f"{title}\n{subtitle}".split("\n") for line in _even(words)]
+    figure.suptitle("\n".join(lines).rstrip(), fontsize=9)
     return figure
+
+
+def _even(words: str) -> list[str]:
+    """Lines no wider than the page, and as few, of even width."""
+    fewest = len(fold(words, LETTERS))
+    widths = range(LETTERS // 2, LETTERS) if fewest > 1 else ()
+    return fold(words, next((n for n in widths if len(fold(words, n)) == fewest), LETTERS))
 
 
 def panels_of(figure: "Figure", count: int, columns: int, **more: Any) -> list[Any]:
@@ -108,6 +118,25 @@ def note(
     axes.annotate(words, at, xytext=shift, textcoords="offset points", **{"fontsize": 8, **style})
 
 
+def mark_angles(
+    axes: "Axes", path: np.ndarray, angle: np.ndarray, marks: Iterable[int], colour: str
+) -> None:
+    """Crank angles at places of a path (n,), across + i upwards; close ones share their words.
+
+    Words stand away from the middle. All angles are in degrees.
+    """
+    top, named = float(np.abs(path).max()), dict[complex, list[str]]()
+    for mark in marks:
+        here = complex(path[np.argmin(np.abs(angle - mark))])
+        near = next((one for one in named if abs(one - here) <= _CLOSE * top), here)
+        named.setdefault(near, []).append(f"{mark}")
+    for at, words in named.items():
+        left = at.real < -_CLOSE * top
+        axes.plot([at.real], [at.imag], "o", color=colour, ms=3)
+        note(axes, ", ".join(words), (at.real, at.imag), (-3 if left else 3, 2), color=colour,
+             ha="right" if left else "left", fontsize=7)  # fmt: skip
+
+
 def bars(axes: "Axes", at: Any, heights: Any, width: float, base: Any = 0.0, **look: Any) -> None:
     """Upright bars from a `base` on, at ascending places, all of them one patch."""
     edges = np.add.outer(np.asarray(at, dtype=float), [-0.5 * width, 0.5 * width]).ravel()
@@ -123,7 +152,7 @@ def gaps(values: Any) -> np.ndarray:
 
 def unit_words(unit: str, largest: float = 0.0) -> tuple[float, str]:
     """Factor and words of a unit as people read it: N m, kN from 10 000 N on."""
-    words = unit.replace("*", " ").replace("^2", "$^2$")
+    words = unit.replace("*", " ").replace("^2", "$^2$").replace("um", "\u00b5m")
     return (1e-3, f"k{words}") if unit in ("N", "N*m") and largest >= 1e4 else (1.0, words)
 
 

@@ -69,6 +69,10 @@ _CLOSE = 1.18
 _BESIDE = 1.06
 #: of the axis, beyond which words stand at the left of their dot
 _RIGHT = 0.7
+#: of the largest value, bars up to which are not seen and have no name
+_UNSEEN = 1e-3
+#: names of equal curves that are listed
+_FEW_NAMES = 3
 #: of the distance of two orders, where the dots of one stand on a logarithmic axis
 _DOTS = 0.2
 #: letters that the line before a name takes the place of
@@ -163,7 +167,7 @@ class Curve:
         x = x[rank]
         upper = sourced(self.upto, plot.result) if self.upto else None
         for names, row, place in self.rows(quantity, plot.result):
-            joined = ", ".join(names)
+            joined = together(names, quantity)
             each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {joined}" * any(names)
             label = said(self.words, plot.result).replace("{}", joined).replace("{each}", each)
             colour, dashes = plot.colour(joined or label, self.look.get("color"))
@@ -180,6 +184,8 @@ class Curve:
                 else:
                     axes.vlines(x, y, top, **{"linewidth": 9.0, **look})
             elif self.bars:
+                if not np.any(np.abs(row) > _UNSEEN * np.nanmax(np.abs(quantity.values))):
+                    look["label"] = None
                 aside, colour = plot.bars(x, y, look), TOTAL
                 self._ranges(plot, x + aside, y, place)
             elif not plot.named_with_its_equal(x, y, label):
@@ -242,6 +248,14 @@ def rows_of(
     taken = set(np.argsort(-np.array(tops), kind="stable")[:most].tolist())
     taken |= {i for i, (names, *_) in enumerate(found) if not set(kept).isdisjoint(names)}
     return [found[i] for i in sorted(taken)]
+
+
+def together(names: Sequence[str], quantity: Quantity) -> str:
+    """Names of equal curves: `1, 2`, of many that follow each other `1 to 6`."""
+    every = labels(quantity.axes[0])
+    first = every.index(names[0]) if len(names) > _FEW_NAMES and names[0] in every else len(every)
+    follow = [*names] == every[first : first + len(names)]
+    return f"{names[0]} to {names[-1]}" if follow else ", ".join(names)
 
 
 def _named(axes: Sequence[Axis], where: Mapping[str, Any]) -> str:
@@ -327,7 +341,12 @@ def peak(
             return
         over = any(height > plot.factor * bound for _, bound in bounds_of(plot.result, of))
         plot.axes.plot([here], [height], "o", color=LIMIT if over else colour, zorder=5)
-        left = here > _RIGHT * float(np.nanmax(plot.drawn[0][0]))
+        ends = plot.drawn[0][0][[0, -1]]
+        if "x" in plot.panel.log:
+            ends, place = np.log(np.maximum(ends, _SLOW * ends[1])), np.log(here)
+        else:
+            place = here
+        left = place - ends[0] > _RIGHT * (ends[1] - ends[0])
         unit = across(plot.axis)[1].rpartition(" in ")[2]
         words = f"{show(height, digits=4)} {plot.unit} at {show(here, digits=4)} {unit}"
         note(plot.axes, words, (here, height), (-8 if left else 8, -3 if below else 3), zorder=6,
@@ -555,7 +574,7 @@ class Plot:
             words += "in {}" if words.endswith("\n") else " in {}"
         axes.set_ylabel(words.replace("{}", self.unit))
         axes.set_title(said(panel.title, result), loc="left")
-        self._names = {", ".join(names) or said(one.words, result)
+        self._names = {together(names, quantity) or said(one.words, result)
                        for one, quantity in curves
                        for names, *_ in one.rows(quantity, result)}  # fmt: skip
         for part in panel.parts:

@@ -112,7 +112,7 @@ def _paste(result: Result) -> list[str]:
         quantity = result.record[FITTED + str(variable["key"])]
         value, unit = float(quantity.values), quantity.unit
         settings.append((variable["key"], value, unit))
-        for tie in variable.get("with") or ():
+        for tie in variable.get("followed_by") or ():
             offset = parse_quantity(tie.get("offset") or 0.0, unit)
             settings.append((tie["key"], float(tie.get("factor", 1.0)) * value + offset, unit))
     told = (f"--set '{key}={f'{value:.7g} {unit}'.rstrip()}'" for key, value, unit in settings)

@@ -52,7 +52,7 @@ class Variable(NamedTuple):
 
 def bound_unit(table: Mapping[str, Any], unit: str) -> str:
     """Unit of the bounds or choices of a variable, as the case writes it; `unit` without one."""
-    given = [table.get("upper"), table.get("lower"), *(table.get("choices") or ())]
+    given = [table.get("max"), table.get("min"), *(table.get("choices") or ())]
     numbers = (one for one in given if isinstance(one, str) and one[:1] in "+-.0123456789")
     return next(filter(None, (split_number(one)[1] for one in numbers)), unit)
 
@@ -86,7 +86,7 @@ def variables_of(result: Result, read: Mapping[str, str] | None = None) -> list[
         written = bound_unit(given, quantity.unit)
         unit = (read or {}).get(written, written)
         lower, upper = (convert(parse_quantity(given[end], quantity.unit), quantity.unit, unit)
-                        for end in ("lower", "upper"))  # fmt: skip
+                        for end in ("min", "max"))  # fmt: skip
         start = scalar_of(result.record, AT_START + VARIABLE + key)
         start = written_at(result.case, key) if start is None else start
         known = isinstance(start, int | float)
@@ -132,7 +132,7 @@ def picked_of(result: Result) -> list[list[str]]:
             if isinstance(before, int | float):
                 before = show_in(convert(float(before), quantity.unit, unit), unit)
             low, high = (parse_quantity(whole.get(name, {}).get(one) or 0.0, "")
-                         for one in ("lower", "upper"))  # fmt: skip
+                         for one in ("min", "max"))  # fmt: skip
             size = len(given) or int(np.floor(high) - np.ceil(low)) + 1
             text = show_in(in_unit(quantity, unit)[0], unit)
             found.append([name, "-" if before is None else str(before), text, str(size)])

@@ -91,7 +91,7 @@ def _variables(result: Result) -> list[str]:
     ties = []
     for variable in table_of(result.case, "optimisation").get("variables") or ():
         there = f"{PREFIX}variable/{variable['key']}" in result.record
-        for tie in variable.get("with") or () if there else ():
+        for tie in variable.get("followed_by") or () if there else ():
             factor, offset = float(tie.get("factor", 1.0)), tie.get("offset")
             words = f"{tie['key']} follows {'' if factor == 1.0 else f'{factor:g} times '}"
             words += str(variable["key"]) + ("" if offset is None else f" + {offset}")
@@ -383,7 +383,7 @@ def find(result: Result) -> Section | None:
         unit = bound_unit(search, parts["value"].unit)
         ends = (show(*in_unit(parts[name], unit), _DIGITS) if name in parts else "-"
                 for name in ("written", "value"))  # fmt: skip
-        wanted = str(search["seek"]) if search.get("seek") else _number(parts, "wanted")
+        wanted = f"{search['sense']}imum" if search.get("sense") else _number(parts, "wanted")
         numbers = _number(parts, "ratio"), _number(parts, "reached"), wanted
         rows.append([str(search["name"]), str(search["key"]), *ends, unit, *numbers])
         below += paragraph(_find_words(result, search, parts), "-")
@@ -423,8 +423,8 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
             words += f"; as written {show_in(size, before.unit, off, _DIGITS)}"
     if search.get("change") is not None:
         words += f"; wanted: a change of {search['change']}"
-    also = [f"{one} = {_number(parts, f'also/{one}', unit=True)}"
-            for one in search.get("also") or ()]  # fmt: skip
+    also = [f"{one} = {_number(parts, f'scaled_with/{one}', unit=True)}"
+            for one in search.get("scaled_with") or ()]  # fmt: skip
     words += f"; in the same ratio: {', '.join(also)}" * bool(also)
     more = parts.get("others")
     if more is not None and more.values.size:
@@ -432,7 +432,7 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
         further = more.values.size - _MOST
         shown = ", ".join(show(other, digits=_DIGITS) for other in values.tolist())
         shown += f" and {further} more" * (further > 0)
-        what = "extremes" if search.get("seek") else "solutions"
+        what = "extremes" if search.get("sense") else "solutions"
         words += f"; further {what} at {shown} {unit}".rstrip()
     return words
 

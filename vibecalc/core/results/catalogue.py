@@ -51,7 +51,7 @@ TURNING = (
     "find/*/value",
     "find/*/written",
     "find/*/others",
-    "find/*/also/*",
+    "find/*/scaled_with/*",
 )
 #: (curve over the speeds, "max" or "min") -> the largest, or least, of it at any speed
 EXTREMES: dict[tuple[str, str], str] = {}

@@ -13,6 +13,8 @@ from vibecalc.errors import KeyPath
 #: damping of an absorber, c2 / (2 sqrt(K1 J1)) and c2 / (2 J2 w2). Neither was named
 #: `damping_ratio` anew, so that no older case gets another meaning
 _OVER_PRIMARY, _OF_ABSORBER = "damping_over_primary_critical", "absorber_damping_ratio"
+#: tables with bounds of a number
+_BOUNDED = ("variables", "find", "distribution", "tune.gain", "tune.acceleration_feedback")
 #: end of the place of a key, positions in lists left out -> its name now
 KEYS: dict[str, str] = {
     "crank_train.stroke": "stroke_axis",
@@ -25,10 +27,28 @@ KEYS: dict[str, str] = {
     "tuning.bounds.damping_ratio": _OVER_PRIMARY,
     "absorber.vary.secondary_damping": _OVER_PRIMARY,
     "absorber.vary.own_damping": _OF_ABSORBER,
+    **{f"{table}.lower": "min" for table in _BOUNDED},
+    **{f"{table}.upper": "max" for table in _BOUNDED},
+    "find.seek": "sense",
+    "find.also": "scaled_with",
+    "stock.also": "further_tables",
+    "variables.with": "followed_by",
+    "axes.with": "in_step",
+    "switching.stand": "dwell",
+    "switching.after": "time_after",
+    "switching.settled": "settling_tolerance",
+    "start_up.settled": "settling_tolerance",
+    "torsion.transient.before": "time_before",
+    "torsion.transient.after": "time_after",
+    "torsion.curves.of": "quantities",
+    "excitations.of": "orders_of",
+    "fatigue.below": "below_knee",
+    "motor.beyond": "extrapolation",
 }
 #: end of the place of a choice -> what it was called -> what it is called now
 VALUES: dict[str, dict[str, str]] = {
     "machine.kind": {"generator": "machine"},
+    "find.sense": {"minimum": "min", "maximum": "max"},
 }
 #: axis of a result -> its name now
 AXES = {
@@ -53,6 +73,7 @@ _TORQUE, _FORCE, _BODY = "isolation/torque_reaction", "isolation/support_force",
 #: parts of a result path -> what stands there now
 PATHS = {
     "half_order": "order",
+    "also": "scaled_with",
     "support_displacement/sag": "support_displacement/static",
     "support_displacement/excursion": "support_displacement/total",
     "lever_force": "couple_over_lever",
@@ -124,6 +145,7 @@ def current_name(path: KeyPath) -> str | None:
 def current_choice(path: KeyPath, text: str) -> str | None:
     """What a choice at this place is called now; None where it is called so still."""
     names = [part for part in path if isinstance(part, str)]
+    names[-1:] = [current_name(path) or name for name in names[-1:]]
     tables = (VALUES[end] for end in _ends(names) if end in VALUES)
     return next((table[text] for table in tables if text in table), None)
 

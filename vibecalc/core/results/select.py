@@ -30,17 +30,29 @@ class Selection(NamedTuple):
     """What `where` leaves of a quantity.
 
     `values` has one dimension for each axis that `where` does not name, in the quantity's order;
-    `labels` holds one text per entry of `values`, in C order, naming all axes
-    ("mount=2, order=1"), `errors` what each of the values may be off by. `curving` is what they may
+    `axes` are all of them, those that it names with the one entry, and `errors` what each of the
+    values may be off by. `curving` is what they may
     be off on top where they lie between two samples of a curve, in the unit of the quantity: how
     far a polynomial through one more sample on each side leaves the straight line, and all of a
     value that stands next to one without bound; 0 at a sample.
     """
 
     values: np.ndarray
-    labels: tuple[str, ...]
+    axes: tuple[Axis, ...]
     errors: np.ndarray
     curving: float
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """One text per entry of `values`, in C order, naming all axes: "mount=2, order=1"."""
+        return labels(self.axes)
+
+    def label(self, place: int) -> str:
+        """That of one entry, by its place in C order."""
+        at = np.unravel_index(place, tuple(len(axis.values) for axis in self.axes))
+        one = [replace(axis, values=np.asarray(axis.values)[[int(i)]])
+               for axis, i in zip(self.axes, at, strict=True)]  # fmt: skip
+        return labels(one)[0]
 
 
 def select(quantity: Quantity, where: Where) -> Selection:
@@ -58,7 +70,7 @@ def select(quantity: Quantity, where: Where) -> Selection:
     Returns
     -------
     Selection
-        The remaining array with a label for each entry; a scalar has one entry labelled "".
+        The remaining array, whose entries have labels; a scalar has one entry labelled "".
 
     Raises
     ------
@@ -90,7 +102,7 @@ def select(quantity: Quantity, where: Where) -> Selection:
         along, axis, between = crossed
         values, off = _on_the_line(np.moveaxis(values, along, 0), axis, between)
         errors = np.broadcast_to(float(quantity.error_estimate), values.shape)
-    return Selection(values, labels(left), errors, off)
+    return Selection(values, tuple(left), errors, off)
 
 
 def _between(quantity: Quantity, axis: Axis, key: Key | None) -> float | None:
@@ -137,12 +149,13 @@ def worst(quantity: Quantity, where: Where, sense: Side) -> tuple[float, str]:
 
     Complex entries count by magnitude, and NaN is worse than any number.
     """
-    flat, labels, *_ = numbers(quantity, where)
+    picked = numbers(quantity, where)
+    flat = picked.values
     missing = np.isnan(flat)
     if missing.any():
-        return float("nan"), labels[int(np.argmax(missing))]
+        return float("nan"), picked.label(int(np.argmax(missing)))
     size = flat if sense == "max" else -flat
-    return float(flat[np.argmax(size)]), labels[first_of_largest(size)]
+    return float(flat[np.argmax(size)]), picked.label(first_of_largest(size))
 
 
 #: axes along which every candidate of a search has the same entries, parts of its machine

@@ -194,7 +194,8 @@ def _nearest(
     if start + extreme not in result.record:  # of an older file
         extreme = path
     quantity = result.record[start + extreme]
-    values, labels, errors, _ = numbers(quantity, where)
+    picked = numbers(quantity, where)
+    values, errors = picked.values, picked.errors
     zero = quantity.zeros(values, errors)
     values = np.where(zero, 0.0, values)
     errors = np.where(zero, 0.0, errors + beside_error(quantity, where))
@@ -207,7 +208,7 @@ def _nearest(
     worst = np.where(np.isnan(values), np.inf, worst)
     worst = np.where(states == state, worst, -np.inf)
     place = int(np.argmax(worst))
-    label = labels[first_of_largest(worst)]
+    label = picked.label(first_of_largest(worst))
     if extreme != path and (at := result.record.quantities.get(start + speed_path(extreme))):
         speed = numbers(at, where).values[first_of_largest(worst)]
         label = ", ".join(filter(None, (label, f"speed={speed:.9g} {at.unit}")))

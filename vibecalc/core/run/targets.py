@@ -185,7 +185,7 @@ def _several(path: KeyPath, row: Any, entry: Entry, entries: KnownEntries) -> It
 def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:
     """The problem of a table at `path` that names none of the `known` quantities."""
     if quantity in CATALOGUE:
-        hint = "vibecalc can compute it, but no table of this case asks for it"
+        hint = "vibecalc can compute it, but no table of this case requests it"
         if "run_up" in quantity:
             hint += "; add run_up to [isolation]"
     else:

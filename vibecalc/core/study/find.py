@@ -44,10 +44,11 @@ _REASONS = 3
 class Along:
     """One [[find]] on its case: the result for a value of the key, in SI.
 
-    Keys of `also` keep their ratio to it. `written` is the value of the key in the case, nan where
-    it leaves the key out. `turn` is the whole turn in rad that the bounds of an angle hold, whose
-    ends are then one; else 0. `choose` finds `solutions`, of which the first is named, and `notes`;
-    `level` is what was wanted, None for an extreme. `count` is called with each evaluation.
+    Keys of `scaled_with` keep their ratio to it. `written` is the value of the key in the case, nan
+    where it leaves the key out. `turn` is the whole turn in rad that the bounds of an angle hold,
+    whose ends are then one; else 0. `choose` finds `solutions`, of which the first is named, and
+    `notes`; `level` is what was wanted, None for an extreme. `count` is called with each
+    evaluation.
     """
 
     def __init__(
@@ -119,7 +120,7 @@ class Along:
                 f"{search.quantity} does not change between the bounds of {search.key}: it is "
                 f"{self._result(values[0])} at all of {len(computed)} points"
             )
-        if search.seek is not None:
+        if search.sense is not None:
             self.solutions = self._around(extremes(curve, _sign(search)))
             self.notes = list(self._beyond())
         else:
@@ -179,7 +180,7 @@ class Along:
         better = self.solutions and sign * (best.value - self.solutions[0].sample.value) < 0.0
         if better and not self.turn:
             yield (
-                f"the {search.seek} inside the bounds is reported; {search.quantity} is even "
+                f"the {search.sense}imum inside the bounds is reported; {search.quantity} is even "
                 f"{'lower' if sign > 0.0 else 'higher'}, {self._result(best.value)}, "
                 f"{self._place(best)}"
             )
@@ -194,9 +195,9 @@ class Along:
         low, high = (pick(computed, key=lambda one: one.value) for pick in (min, max))
         bounds = f"{self._key(self.lower)} and {self._key(self.upper)}"
         if self.level is None:
-            best, how = (low, "lowest") if search.seek == "minimum" else (high, "highest")
+            best, how = (low, "lowest") if search.sense == "min" else (high, "highest")
             return (
-                f"no {search.seek} of {search.quantity} for {search.key} between {bounds}: "
+                f"no {search.sense}imum of {search.quantity} for {search.key} between {bounds}: "
                 f"its {how} value, {self._result(best.value)}, is {self._place(best)}"
             )
         near = min(computed, key=self.level.off)
@@ -221,7 +222,7 @@ class Along:
 
 def _sign(search: "Find") -> float:
     """1 where a minimum is sought, -1 for a maximum."""
-    return 1.0 if search.seek == "minimum" else -1.0
+    return 1.0 if search.sense == "min" else -1.0
 
 
 # ----------------------------------------------------------------------------
@@ -276,7 +277,7 @@ def add_solutions(
                 record.add(entry.quantity(value, error, axes))
         _add_machine(record, along, frozenset(machine_paths(loaded.case, along.search)))
         record.warnings += [f"find {name!r}: {note}" for note in along.notes]
-    seeks = {along.search.seek is not None for along in chosen}
+    seeks = {along.search.sense is not None for along in chosen}
     record.methods += [_METHODS[seek] for seek in sorted(seeks)]
     timings[FIND] = time.perf_counter() - started
 
@@ -317,7 +318,7 @@ def _numbers(along: Along) -> dict[str, tuple[Any, float]]:
         "others": (keys, max((other.error for other in others), default=0.0)),
         "others_reached": (values, max((other.sample.error for other in others), default=0.0)),
         **{
-            f"also/{key}": (settings[key], error * abs(settings[key] / sample.key))
+            f"scaled_with/{key}": (settings[key], error * abs(settings[key] / sample.key))
             for key in along.search.also
         },
         "evaluations": (along.curve.evaluations, 0.0),

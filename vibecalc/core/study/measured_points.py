@@ -117,7 +117,7 @@ def _uncertainty_problems(
     if not (point.uncertainty > 0.0 and math.isfinite(point.value / point.uncertainty)):
         yield Problem(
             path=(*path, "uncertainty") if stated else path,
-            message=f"a measured {one.quantity} without uncertainty weighs without end",
+            message=f"a measured {one.quantity} without uncertainty would weigh infinitely",
             found=f"value = {one.value!r}"[:60] + found,
             allowed='uncertainty > 0, as in uncertainty = "2 %" (of a value that is not 0)',
         )

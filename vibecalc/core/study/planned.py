@@ -81,7 +81,7 @@ wanted         |          | goal | GOAL that is wanted
 written        |          | key  | KEY as written
 others         | solution | key  | further values of KEY between the bounds
 others_reached | solution | goal | GOAL with these
-also/{key}     |          | unit | {key} with that value
+scaled_with/{key} |       | unit | {key} with that value
 evaluations    |          |      | points evaluated
 failures       |          |      | points that could not be evaluated
 """
@@ -103,7 +103,7 @@ def find_entries(case: "Case") -> dict[str, Entry]:
             {"key": [{"key": key, "unit": field_unit(key)} for key in search.also]},
             {
                 "ratio": is_written and written != 0.0,
-                "wanted": search.seek is None,
+                "wanted": search.sense is None,
                 "written": is_written,
             },
         )

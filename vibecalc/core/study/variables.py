@@ -141,7 +141,7 @@ def study_problems(case: "Case") -> Iterator[Problem]:
         yield Problem(
             path=("optimisation", "sensitivity"),
             message="sensitivity is about variables between bounds, and all of these are picked",
-            allowed="a variable with lower and upper",
+            allowed="a variable with min and max",
         )
 
 
@@ -194,7 +194,7 @@ def start_problems(case: "Case", table: str) -> Iterator[Problem]:
             off -= period * round(off / period) if period else 0.0
             if abs(off) > 1e-6 * max(abs(wanted), abs(tied), abs(offset), upper - lower):
                 yield Problem(
-                    path=(*path, "with", place),
+                    path=(*path, "followed_by", place),
                     message=f"{key} as written is not what it is to follow {variable.key} by",
                     found=shown_as(tied, unit, highest),
                     allowed=shown_as(wanted, unit, highest),

@@ -329,5 +329,6 @@ def _check_slip(closed: ClosedLoopTurn, drive: RollDrive) -> None:
     raise NumericalFailure(
         f"control: under the controller the slip reaches {largest * rpm:.6g} rpm, beyond the "
         f"motor's table, which ends at {drive.motor.largest * rpm:.6g} rpm; feed less "
-        'back, give a longer table, or set machine.motor.beyond = "hold" to keep its last torque'
+        'back, give a longer table, or set machine.motor.extrapolation = "hold" to keep its last '
+        "torque"
     )

@@ -26,13 +26,15 @@ if TYPE_CHECKING:
 #: s, a delay that any sensor and converter have
 _LITTLE = 1e-4
 _ORDERS_UNDER_CONTROL = 2
-#: fields with more entries than these bear no numbers
-_NUMBERED = 12
-_MARKS = "osD^vP"
+#: feedbacks up to which each has a tick
+_FEW = 12
+#: ms, borders of the fields of delay margins
+_MARGINS = 10.0 ** np.arange(-2.0, 3.0)
 
 
 def draw_roll_control(result: Result) -> "Figure | None":
-    """Above, levels of the first orders with a line for each gain; below, delay margins.
+    """Above, levels of the first orders with a line for each gain, dark to bright; below, delay
+    margins in decades.
 
     Loops that are not stable have crosses at the top and hatches below, those that bear less than
     a tenth of a millisecond of delay hollow marks and pale lines. None without a grid.
@@ -67,22 +69,23 @@ def draw_roll_control(result: Result) -> "Figure | None":
 def _lines(
     axes: "Axes", level: Quantity, order: int, stable: np.ndarray, shaky: np.ndarray
 ) -> None:
+    from matplotlib import colormaps
+
     gains, feedbacks = (np.asarray(axis.values) for axis in level.axes[:2])
+    tints = colormaps["viridis"](np.linspace(0.0, 0.92, len(gains)))
     rank = np.argsort(feedbacks)
     at = feedbacks[rank]
     axes.set_xscale("symlog", linthresh=_smallest(feedbacks), linscale=0.5)
     for row, gain in enumerate(gains):
         values = np.asarray(level.values, dtype=float)[row, rank, order]
         held, weak = stable[row, rank], shaky[row, rank]
-        colour = COLOURS[row % len(COLOURS)]
-        mark = _MARKS[(row // len(COLOURS)) % len(_MARKS)]
-        shown = np.where(held, values, np.nan)
+        colour, shown = tints[row], np.where(held, values, np.nan)
         axes.plot(at, shown, color=colour, alpha=0.35, linewidth=1.2)
         axes.plot(at, np.where(weak, np.nan, shown), color=colour, linewidth=2.0)
         good = held & ~weak
-        axes.plot(at[good], values[good], mark, color=colour, label=f"K = {show(gain, 0, 3)}")
+        axes.plot(at[good], values[good], "o", color=colour, label=f"K = {show(gain, 0, 3)}")
         poor = held & weak
-        axes.plot(at[poor], values[poor], mark, color=colour, markerfacecolor="white")
+        axes.plot(at[poor], values[poor], "o", color=colour, markerfacecolor="white")
         lost = at[~held]
         if lost.size:
             top = np.full(lost.size, 1.03 + 0.025 * (row % 3))
@@ -104,7 +107,7 @@ def _across(axes: "Axes", at: np.ndarray) -> None:
     room = 0.06 * float(np.ptp(places)) or 0.5
     ends = bend.inverted().transform(np.array([places.min() - room, places.max() + room]))
     axes.set_xlim(*ends)
-    if at.size <= _NUMBERED:
+    if at.size <= _FEW:
         axes.set_xticks(at, [f"{value:g}" for value in at])
         axes.tick_params(axis="x", labelrotation=45)
     axes.set_xticks([], minor=True)
@@ -139,46 +142,37 @@ def _legend(figure: "Figure", axes: "Axes") -> None:
 
 def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | None) -> None:
     """Delay margins as fields; hatched where the loop is not stable or bears none."""
-    from matplotlib.colors import LogNorm
+    from matplotlib.colors import BoundaryNorm
     from matplotlib.patches import Rectangle
 
     rank = np.argsort(np.asarray(status.axes[1].values))
     state = np.asarray(status.values)[:, rank]
-    values = np.asarray(delay.values, dtype=float)[:, rank]
-    fine = (state < 2) & (values > 0.0)
-    finite = values[fine & np.isfinite(values)]
-    low, high = (finite.min(), finite.max()) if finite.size else (1e-4, 1e-2)
-    low, high = min(low, 1e-5), max(high, 1e-2)
-    shown = np.where(fine, np.minimum(values, high), np.nan)
+    margin = 1e3 * np.asarray(delay.values, dtype=float)[:, rank]
+    fine = (state < 2) & (margin > 0.0)
     image = axes.imshow(
-        1e3 * shown, cmap="viridis", norm=LogNorm(1e3 * low, 1e3 * high), aspect="auto",
-        origin="lower",
+        np.where(fine, np.minimum(margin, 2.0 * _MARGINS[-1]), np.nan), cmap="viridis",
+        norm=BoundaryNorm(_MARGINS, 256, extend="both"), aspect="auto", origin="lower",
     )  # fmt: skip
-    numbered = max(state.shape) <= _NUMBERED
-    for (i, j), ok in np.ndenumerate(fine):
-        if not ok:
-            axes.add_patch(
-                Rectangle((j - 0.5, i - 0.5), 1.0, 1.0, facecolor="#f6dede", edgecolor=LIMIT,
-                          hatch="////" if state[i, j] >= 2 else "..", linewidth=0.0)
-            )  # fmt: skip
-        elif numbered:
-            text = "any" if np.isinf(values[i, j]) else show(1e3 * float(values[i, j]), digits=2)
-            text += "*" if over is not None and over[i, rank[j]] else ""
-            dark = np.log(shown[i, j] / low) < 0.6 * np.log(high / low)
-            axes.text(j, i, text, ha="center", va="center", fontsize=8,
-                      color="white" if dark else "black")  # fmt: skip
+    for i, j in np.argwhere(~fine):
+        axes.add_patch(
+            Rectangle((j - 0.5, i - 0.5), 1.0, 1.0, facecolor="#f6dede", edgecolor=LIMIT,
+                      hatch="////" if state[i, j] >= 2 else "..", linewidth=0.0)
+        )  # fmt: skip
     gains, feedbacks = (np.asarray(axis.values) for axis in status.axes)
     axes.set_yticks(range(len(gains)), [show(gain, 0, 3) for gain in gains])
     axes.set_xticks(range(len(rank)), [f"{value:g}" for value in feedbacks[rank]])
     axes.set_xlabel("feedback of the shell's acceleration in s")
     axes.set_ylabel("gain K")
     axes.grid(visible=False)
-    words = "delay margin in ms; hatched: not stable"
+    words = "delay margin; hatched: not stable"
     words += ", dotted: stable only without any delay" if np.any(state == 1) else ""
     if over is not None and np.any(over):
-        words += "; *: exceeds the breakdown torque"
+        axes.plot(*np.argwhere(over[:, rank]).T[::-1], "X", color="white", markeredgecolor=TOTAL,
+                  ms=7)  # fmt: skip
+        words += "; crosses: above the breakdown torque"
     axes.set_title(words, loc="left")
-    axes.figure.colorbar(image, ax=axes, label="delay margin in ms", pad=0.01)
+    axes.figure.colorbar(image, ax=axes, label="delay margin in ms", pad=0.01, ticks=_MARGINS,
+                         format="{x:g}")  # fmt: skip
 
 
 # ----------------------------------------------------------------------------

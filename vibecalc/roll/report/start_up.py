@@ -68,7 +68,7 @@ def _verdict(result: Result) -> list[str]:
     elif to_speed is not None and math.isfinite(to_speed):
         words = f"reaches speed after {show(to_speed, digits=4)} s"
     words += f"; {turns}" if turns else ""
-    return paragraph(words + "; " + _settling(record, options.get("settled", 0.01)))
+    return paragraph(words + "; " + _settling(record, options.get("settling_tolerance", 0.01)))
 
 
 def _settling(record: Record, share: object) -> str:

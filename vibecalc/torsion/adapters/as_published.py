@@ -17,6 +17,8 @@ from vibecalc.torsion.as_published import (
     series_damping,
     twist_on_criticals,
 )
+from vibecalc.torsion.asked import has_holzer
+from vibecalc.torsion.holzer import relative_residual
 from vibecalc.torsion.study_results import PUBLISHED
 from vibecalc.torsion.tables import AsPublished
 
@@ -24,6 +26,8 @@ from vibecalc.torsion.tables import AsPublished
 # Adapter: the modal route of the source, one mode at a time, named for what it is.
 # ----------------------------------------------------------------------------
 
+#: frequencies of the residual of Holzer's table, and the last over the highest natural one
+_FREQUENCIES, _BEYOND = 800, 1.05
 #: a first freedom that moves less than this share of the largest is a node of the mode
 _NODE = 1e-9
 
@@ -69,6 +73,16 @@ def run_torsion_as_published(scene: Scene) -> None:
     torque = _torque(setup)
     found = with_errors(kernel, every[every > 0.0][:2], shape, frequency, torque)
     axes = {"elastic_mode": place + 1, "order": order, "speed": speeds}
+    if has_holzer(scene.case):
+        line = setup.model.line
+        driven = np.linspace(0.0, _BEYOND * every.max(), _FREQUENCIES + 1)[1:]
+        axes["frequency"] = driven / (2.0 * np.pi)
+
+        def closing(inertia: FloatArray, stiffness: FloatArray) -> FloatArray:
+            moved = line._replace(inertia=inertia, stiffness=stiffness)
+            return relative_residual(moved, driven)
+
+        found["residual"] = with_errors(closing, line.inertia, line.stiffness)
     for name, value in {"natural_frequency": frequency, **found}.items():
         scene.emit(f"{PUBLISHED}{name}", value, axes=axes)
     for name, of in (("intensity", "intensity"), ("twist", "twist_at_critical")):

@@ -11,26 +11,24 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray, IntArray
 from vibecalc.torsion.adapters.motion import Reading, actual_per_referred, mean_torques
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.crank_strength import (
+from vibecalc.torsion.model import ShaftLineModel
+from vibecalc.torsion.stress_limits import (
     ACCEPTABILITY,
     CRANKSHAFT_KINDS,
+    HIGHEST_RATIO,
+    NO_BARRED_RANGE,
+    SHAFT_KINDS,
     bending_stresses,
+    counted_strength,
+    covered,
     crank_throws,
     equivalent_stress,
     fatigue_strength,
     permissible_torsion,
-    stress_concentration,
-    torsion_ratio,
-)
-from vibecalc.torsion.model import ShaftLineModel
-from vibecalc.torsion.stress_limits import (
-    HIGHEST_RATIO,
-    NO_BARRED_RANGE,
-    SHAFT_KINDS,
-    counted_strength,
-    covered,
     propulsion_shaft_limits,
     size_factor,
+    stress_concentration,
+    torsion_ratio,
 )
 
 if TYPE_CHECKING:

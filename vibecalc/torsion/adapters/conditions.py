@@ -11,7 +11,6 @@ from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters import couplings, limits
 from vibecalc.torsion.adapters.bounds import limit_corners
 from vibecalc.torsion.adapters.coupling_states import coupled
-from vibecalc.torsion.adapters.irregularity import degrees
 from vibecalc.torsion.adapters.motion import (
     ANGLE,
     STRESS,
@@ -23,6 +22,7 @@ from vibecalc.torsion.adapters.motion import (
     readings_of,
     stress_of,
 )
+from vibecalc.torsion.adapters.order_curves import degrees
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import (
     Drive,

@@ -12,8 +12,7 @@ from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.critical import asked_range, met_criticals
 from vibecalc.torsion.adapters.motion import Motion, blocks, mean_torques, solved
 from vibecalc.torsion.adapters.setup import Setup, natural_of, undamped_modes
-from vibecalc.torsion.coupling_line import Conditions, CouplingStates, Moved
-from vibecalc.torsion.couplings import Coupling
+from vibecalc.torsion.couplings import Conditions, Coupling, CouplingStates, Moved
 
 # ----------------------------------------------------------------------------
 # The line at a speed and a frequency, under the conditions that its couplings are in.

@@ -182,7 +182,7 @@ def _crossed(
 # ----------------------------------------------------------------------------
 # Adapter: how far the modes of a shaft line are from its orders.
 #
-# What a rule asks of that (`hardware/shaft_rules.py`) is reported where the case names the rule.
+# What a rule asks of that (`stress_limits.py`) is reported where the case names the rule.
 # ----------------------------------------------------------------------------
 
 

@@ -12,10 +12,9 @@ from vibecalc.torsion.adapters.bounds import CANCELLED, ROUNDINGS, SAME, Bound, 
 from vibecalc.torsion.adapters.motion import Motion, Reading, of_finite
 from vibecalc.torsion.adapters.search import Search, Top
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.crank_strength import PLACES
 from vibecalc.torsion.critical_speeds import RIVAL, barred_ranges, maxima, slopes
 from vibecalc.torsion.results import ROOT
-from vibecalc.torsion.stress_limits import NO_BARRED_RANGE, barred_range
+from vibecalc.torsion.stress_limits import NO_BARRED_RANGE, PLACES, barred_range
 
 # ----------------------------------------------------------------------------
 # Adapter: stresses and torques of a shaft line against the limits of a case, ranges to be barred.

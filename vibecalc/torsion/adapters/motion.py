@@ -28,7 +28,7 @@ from vibecalc.numerics.rounding import (
 )
 from vibecalc.numerics.synthesis import OverCycle, over_cycle, sum_error, synthesis
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
-from vibecalc.torsion.coupling_line import Moved
+from vibecalc.torsion.couplings import Moved
 from vibecalc.torsion.line import complex_stiffness, damped_elements, hand_over, loss_stiffness
 from vibecalc.torsion.model import Gearing, ShaftLineModel
 from vibecalc.torsion.section_loads import STIFFNESS_ROUNDINGS, steady_shares

@@ -48,12 +48,18 @@ from vibecalc.torsion.line import Line, mapped
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.speed_damping import SpeedDamping
-from vibecalc.torsion.station_torques import Harmonic, Orders, columns, given_torque
+from vibecalc.torsion.station_torques import (
+    Harmonic,
+    Orders,
+    columns,
+    given_harmonics,
+    given_torque,
+)
 from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case, Machine
-    from vibecalc.torsion.coupling_line import CouplingStates
+    from vibecalc.torsion.couplings import CouplingStates
 
 #: as `Scene.once`
 Once = Callable[[str, Callable[["Case"], Any]], Any]
@@ -183,8 +189,6 @@ def build_drive(
     line, engine = case.machine.shaft_line, drive.order
     harmonics: list[Harmonic] = []
     if line is not None and line.excitations:
-        from vibecalc.torsion.adapters.given_torques import given_harmonics
-
         harmonics = given_harmonics(case, shaft, lambda at: drive.mean_torque(at).value.sum(1))
     every = columns(engine, [one.of for one in harmonics], case.machine.speed)
     given = [one.of.station for one in harmonics]

@@ -16,7 +16,7 @@ from vibecalc.torsion.adapters.modes import emit_campbell
 from vibecalc.torsion.adapters.motion import TORQUE, Motion, readings_of
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
-from vibecalc.torsion.adapters.steady import setup_of
+from vibecalc.torsion.adapters.steady import emit_damping_curves, setup_of
 from vibecalc.torsion.adapters.variants import (
     bare_setup,
     emit_bare,
@@ -99,8 +99,6 @@ def _emit_range(scene: Scene, setup: Setup, search: Search) -> None:
     if setup.drive.firing.names:
         scene.emit(f"{SPEEDS}/mean_torque", setup.drive.mean_torque(speed).sum(), axes=axes)
     if setup.model.over_speed is not None:
-        from vibecalc.torsion.adapters.dampings import emit_damping_curves
-
         emit_damping_curves(scene, setup, speed)
     for name in FOLLOWED:
         if name in search.columns:

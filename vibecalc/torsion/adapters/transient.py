@@ -13,8 +13,7 @@ from vibecalc.numerics.synthesis import Cycles, over_cycle
 from vibecalc.torsion.adapters.motion import TORQUE, readings_of
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_setup
-from vibecalc.torsion.adapters.transient_damping import Equivalent
-from vibecalc.torsion.adapters.transient_motion import Journey, journey, running
+from vibecalc.torsion.adapters.transient_motion import Equivalent, Journey, journey, running
 from vibecalc.torsion.critical_speeds import by_machine
 from vibecalc.torsion.line_part_tables import FatigueLine
 from vibecalc.torsion.question_tables import CycleCounting

@@ -46,14 +46,14 @@ def run_clutch(
         options.driven_speed / ratio,
     )
     order = np.append(0.0, setup.drive.order)
-    before = options.before or cycle / speed
+    before = options.time_before or cycle / speed
 
     def vibrating(at: float) -> Stretch:
         gas, inertia = torques(setup, at)
         gas[:, 0] = 0.0
         return stretch(1.0, 0.0, gas, inertia)
 
-    found = engage(line, order, clutch, vibrating, speed, before, options.after, cycle, rtol)
+    found = engage(line, order, clutch, vibrating, speed, before, options.time_after, cycle, rtol)
     _emit_clutch(scene, setup, line, clutch, found, ratio, before)
     scene.warn(
         "clutch-in: both parts of the line turn steadily before it; the torques that balance their "
@@ -93,7 +93,7 @@ def _emit_clutch(
     else:
         scene.warn(
             f"the clutch still slips after {float(run.course.time[-1]) - before:.4g} s: "
-            "increase `after` to reach the common speed of both parts"
+            "increase `time_after` to reach the common speed of both parts"
         )
     time, slip = _slips(line, clutch, found)
     scene.emit(f"{stem}slip_speed", ratio * slip, ratio * slack, {"clutch_time": time})

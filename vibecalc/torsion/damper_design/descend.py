@@ -9,7 +9,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey
 from vibecalc.torsion.damper_design.problem import DamperProblem, Limits
-from vibecalc.torsion.damper_design.readings import map_readings
+from vibecalc.torsion.damper_design.readings import map_largest
 
 # ----------------------------------------------------------------------------
 # A coarse map over ln k and ln c (and ln J), and where its valleys are.
@@ -48,10 +48,8 @@ def chart_of(prepared: Survey, points: int) -> Chart:
     worst, heat, travel = np.empty(shape), np.empty(shape), np.empty(shape)
     for index, value in enumerate(inertia):
         responses = prepared.table(float(value))
-        values = np.max(map_readings(prepared.system, responses, k, c), axis=1)
-        worst[index] = np.max(values[:, :-3], axis=1).reshape(shape[1:])
-        heat[index] = values[:, -3].reshape(shape[1:])
-        travel[index] = np.max(values[:, -2:], axis=1).reshape(shape[1:])
+        values = map_largest(prepared.system, responses, k, c)
+        worst[index], heat[index], travel[index] = (one.reshape(shape[1:]) for one in values.T)
     return Chart(inertia, stiffness, damping, worst, heat, travel)
 
 

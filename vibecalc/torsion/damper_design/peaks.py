@@ -23,6 +23,8 @@ from vibecalc.torsion.damper_design.readings import (
     rivals,
     table,
 )
+from vibecalc.torsion.line import with_ring
+from vibecalc.torsion.poles import all_poles
 
 # ----------------------------------------------------------------------------
 # One peak over speed, followed to where its slope vanishes on its own crest and trough.
@@ -266,16 +268,9 @@ def narrow_resonances(system: System, damper: Damper, grid: FloatArray) -> Float
     From the poles p of the line with its damper: an order q meets one at Im p / q, its half width
     is |Re p| / q.
     """
-    mass = system.mass + damper.inertia * np.outer(system.ring, system.ring)
-    spring, loss = system.spring.copy(), system.loss.copy()
-    spring[-1, -1] += damper.stiffness
-    loss[-1, -1] += damper.damping
-    n = mass.shape[0]
-    top = np.hstack([np.zeros((n, n)), np.eye(n)])
-    low = np.hstack([-np.linalg.solve(mass, spring), -np.linalg.solve(mass, loss)])
-    pole = np.linalg.eigvals(np.vstack([top, low]))
-    pole = pole[pole.imag > 1e-6 * np.max(np.abs(pole))]
-    order = np.asarray(system.problem.order, dtype=float)
+    problem = system.problem
+    pole = all_poles(with_ring(problem.line, problem.station, *damper)).pole
+    order = np.asarray(problem.order, dtype=float)
     speed = (pole.imag[:, None] / order).ravel()
     width = (np.abs(pole.real)[:, None] / order).ravel()
     width = np.maximum(width, _UNDAMPED * speed)

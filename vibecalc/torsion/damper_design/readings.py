@@ -351,18 +351,63 @@ def map_readings(
     `readings` has what is reported.
     """
     speeds, _, sections = responses.section.shape
-    highest = int(system.harmonic.max())
-    block = max(1, _BLOCK // (speeds * (sections + 1) * MAP_SAMPLES * highest))
     result = np.empty((stiffness.size, speeds, sections + 3))
-    for start in range(0, stiffness.size, block):
-        part = slice(start, start + block)
+    for part in _parts(system, responses, stiffness.size):
         section, relative = amplitudes(responses, stiffness[part], damping[part])
         result[part, :, :sections] = _ranges(np.moveaxis(section, -1, -2), system)[0]
-        result[part, :, sections] = 0.5 * damping[part, None] * np.sum(
-            np.abs(responses.frequency * relative) ** 2, axis=-1
-        )  # fmt: skip
+        result[part, :, sections] = _heats(responses, damping[part], relative)
         _, result[part, :, sections + 1], result[part, :, sections + 2] = _ranges(relative, system)
     return result
+
+
+def map_largest(
+    system: System, responses: NominalTable, stiffness: FloatArray, damping: FloatArray
+) -> FloatArray:
+    """Largest section, heat and travel (b, 3) over all speeds, of `map_readings` of dampers (b,).
+
+    Cycles are sampled where the sum of their orders reaches the largest found so far.
+    """
+    result = np.empty((stiffness.size, 3))
+    for part in _parts(system, responses, stiffness.size):
+        section, relative = amplitudes(responses, stiffness[part], damping[part])
+        section = np.moveaxis(section, -1, -2)
+        rows = section.reshape(len(section), -1, section.shape[-1])
+        result[part, 0] = _largest(rows, system, _HALF)
+        result[part, 1] = np.max(_heats(responses, damping[part], relative), axis=1)
+        result[part, 2] = _largest(relative, system, _ENDS)
+    return result
+
+
+def _parts(system: System, responses: NominalTable, count: int) -> list[slice]:
+    """Blocks of so many dampers."""
+    speeds, _, sections = responses.section.shape
+    highest = int(system.harmonic.max())
+    block = max(1, _BLOCK // (speeds * (sections + 1) * MAP_SAMPLES * highest))
+    return [slice(start, start + block) for start in range(0, count, block)]
+
+
+def _heats(responses: NominalTable, damping: FloatArray, relative: ComplexArray) -> FloatArray:
+    """In the dashpots (b, s), W."""
+    return 0.5 * damping[:, None] * np.sum(np.abs(responses.frequency * relative) ** 2, axis=-1)
+
+
+#: of the sum of orders, what a parabola through samples may have at most
+_OVER = 1.05
+#: of what `_ranges` gives, the half range, and both ends
+_HALF, _ENDS = slice(0, 1), slice(1, 3)
+
+
+def _largest(amplitude: ComplexArray, system: System, which: slice) -> FloatArray:
+    """The largest (b,) of some of `_ranges` among rows (b, r, m)."""
+
+    def read(rows: ComplexArray) -> FloatArray:
+        return np.asarray(np.max(_ranges(rows, system)[which], axis=0))
+
+    most = _OVER * np.abs(amplitude).sum(axis=-1)
+    best = read(amplitude[np.arange(len(most)), np.argmax(most, axis=1)])
+    damper, row = np.nonzero(most > best[:, None])
+    np.maximum.at(best, damper, read(amplitude[damper, row]))
+    return best
 
 
 def _ranges(amplitude: ComplexArray, system: System) -> tuple[FloatArray, FloatArray, FloatArray]:

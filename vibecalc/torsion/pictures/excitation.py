@@ -227,9 +227,10 @@ _Way = tuple[np.ndarray, np.ndarray]
 
 
 def draw_torsion_vectors(result: Result) -> "Figure | None":
-    """Stars of the phases on top, below them shape times phase laid end to end for each mode.
+    """Stars of the phases, next to them shape times phase laid end to end for each mode.
 
-    A cylinder that does not fire is left out of the sums, and drawn next to those that do.
+    Stars have a column each, fewer ones than modes a row. A cylinder that does not fire is left out
+    of the sums, and drawn next to those that do.
     """
     record, line, modes = result.record, line_of(result), elastic_modes(result)[:_MODES]
     firing = having(record, TORSION + "excitation/firing_angle", "cylinder")
@@ -247,37 +248,40 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
     stars = alike(phases, mirrored)[:_STARS]
     fires = np.array([name not in silent(result) for name in named])
     words = f"phase vectors of the cylinders by order{' (mirror images taken as equal)' * mirrored}"
-    words += ";\nbelow: vector sum weighted by the mode shape, relative to all in phase"
+    words += ";\nby mode: vector sum weighted by the mode shape, relative to all in phase"
     for ill in misfire_words(result):
         words += f"\n{ill}: left out of the sums (dashed); all: as if all cylinders fired"
-    listed = [_order_words(order[group]) for group in stars]
-    wide = max(len(stars), 3)
+    values, known = hertz(1.0) * np.asarray(natural.values, dtype=float), mode_names(result)
+    tops, sides = [_order_words(order[group]) for group in stars], ["phases"]
+    sides += [f"{known[mode]}\n{show(values[mode])} Hz" for mode in modes]
+    few = len(tops) < len(sides)
+    tops, sides = (sides, tops) if few else (tops, sides)
+    wide = max(len(tops), 3)
     side = min(10.0 * (WIDTH - _MARGIN) / TYPE / wide, 2.2)
     down = 1.0 + _ROOM + _LINE * len(misfire_words(result))
-    above = 1.0 + _LINE * (max(one.count("\n") for one in listed) + 1.5)
-    high = side * (down * len(modes) + above) + 0.8 + 0.2 * words.count("\n")
+    above = 1.0 + _LINE * (max(one.count("\n") for one in tops) + 1.5)
+    high = side * (down * (len(sides) - 1) + above) + 0.8 + 0.2 * words.count("\n")
     figure = canvas(result, words, high)
     axes = figure.subplots()
     axes.set_axis_off()
     axes.set_xlim(-10.0 * _MARGIN / TYPE / side, wide)
-    axes.set_ylim(-down * len(modes), above)
-    values, known = hertz(1.0) * np.asarray(natural.values, dtype=float), mode_names(result)
-    rows = [f"{known[mode]}\n{show(values[mode])} Hz" for mode in modes]
-    for place, name in enumerate(["phases", *rows]):
+    axes.set_ylim(-down * (len(sides) - 1), above)
+    for place, name in enumerate(sides):
         axes.text(-0.06, 0.5 - down * place, name, rotation=90, ha="right", va="center",
                   fontsize=8, multialignment="center")  # fmt: skip
+    for place, name in enumerate(tops):
+        axes.text(place + 0.5, 1.04, name, ha="center", va="bottom", fontsize=8)
     turned = [np.exp(-1j * order[group[0]] * angle) for group in stars]
     shapes = [np.asarray(shape.values)[mode][line.cylinder_station] for mode in modes]
     ways = [[_way(row, one, fires) for row in shapes] for one in turned]
     largest = max(max(np.ptp(one.real), np.ptp(one.imag))
                   for column in ways for one in map(np.concatenate, column))  # fmt: skip
     arrows: list[_Arrow] = []
-    for column, (one, text) in enumerate(zip(turned, listed, strict=True)):
-        centre = column + 0.5 + 0.5j
-        axes.text(centre.real, 1.04, text, ha="center", va="bottom", fontsize=8)
+    for place, one in enumerate(turned):
+        centre = 0.5 + 0.5j + (-1j * down * place if few else place)
         arrows += _star(axes, centre - 0.08j, one, named, fires)
-        for way in ways[column]:
-            centre -= 1j * down
+        for way in ways[place]:
+            centre += 1.0 if few else -1j * down
             arrows += _polygon(axes, centre, way, 1.0 / max(float(largest), 1e-300))
     _draw_arrows(axes, arrows)
     return figure

@@ -46,8 +46,9 @@ _APART = 0.03
 _AT_END = 1e-6
 #: of the highest maximum, and of its own height above the curve next to it, what has a name
 _HIGH, _STANDS = 0.1, 0.03
-#: maxima that are named at most
-_NAMED = 8
+#: maxima that are named at most, and undamped criticals
+_NAMED, _CRITICALS = 8, 14
+_BY = ("mode", "order")
 
 
 def top_of(
@@ -111,25 +112,62 @@ def main_of(points: np.ndarray, speed: np.ndarray, curve: np.ndarray) -> np.ndar
 
 
 def name_maxima(plot: Plot, points: np.ndarray, curve: int) -> None:
-    """Dots, and above the axes the mode / order of each with a line to it."""
-    axes, (x, y) = plot.axes, plot.drawn[curve]
+    """Dots on the maxima that stand out, with their names."""
+    x, y = plot.drawn[curve]
     points = main_of(points, x / rpm(1.0), y / plot.factor)
+    if points.size:
+        at, height = rpm(1.0) * points[:, 0], plot.factor * points[:, 1]
+        plot.axes.plot(at, height, "o", color=COLOURS[0], zorder=6,
+                       label="maximum, with mode / order")  # fmt: skip
+        name_above(plot, points, height)
+
+
+def name_above(plot: Plot, points: np.ndarray, height: np.ndarray | None = None) -> None:
+    """The mode / order of each above the axes, with a line to its `height`, or to the edge."""
     if not points.size:
         return
-    at, height, ends = rpm(1.0) * points[:, 0], plot.factor * points[:, 1], (x[0], x[-1])
+    axes, (x, _) = plot.axes, plot.drawn[0]
+    at, ends, edge = rpm(1.0) * points[:, 0], (x[0], x[-1]), axes.get_xaxis_transform()
+    tops = np.ones(len(at)) if height is None else height
     named = ["", *mode_names(plot.result)]
-    axes.plot(at, height, "o", color=COLOURS[0], zorder=6, label="maximum, with mode / order")
     axes.set_title(axes.get_title(loc="left"), loc="left", pad=_ROOM)
     for where, top, place, (mode, order) in zip(
-        at, height, spread(at, ends), points[:, 2:].tolist(), strict=True
+        at, tops, spread(at, ends), points[:, 2:].tolist(), strict=True
     ):
         axes.annotate(
             _words(float(where), named[int(mode)], order, ends), (where, top),
-            xytext=(place, 1.012), textcoords=axes.get_xaxis_transform(), rotation=90, ha="center",
-            va="bottom", fontsize=8, color=COLOURS[0], annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "linewidth": 0.6, "linestyle": ":", "shrinkA": 0.0,
-                        "shrinkB": 3.0, "relpos": (0.5, 0.0), "color": COLOURS[0]},
+            xycoords=edge if height is None else "data", xytext=(place, 1.012), textcoords=edge,
+            rotation=90, ha="center", va="bottom", fontsize=8, color=COLOURS[0],
+            annotation_clip=False, arrowprops={
+                "arrowstyle": "-", "linewidth": 0.6, "linestyle": ":", "shrinkA": 0.0,
+                "shrinkB": 3.0, "relpos": (0.5, 0.0), "color": COLOURS[0],
+            },
         )  # fmt: skip
+
+
+def criticals_of(record: Record, section: str) -> np.ndarray:
+    """Undamped criticals (n, 4) as `points_of`, without a height, by rising speed.
+
+    Those at which the torque of the section would be highest with one damping ratio for all modes.
+    """
+    speed, mode, order = (
+        vector(record, f"resonances_skipped/{one}", "resonance_skipped") for one in ("from", *_BY)
+    )
+    force = having(record, TORSION + "excitation/intensity", "mode", "order")
+    share = having(record, TORSION + "modes/strain_energy_share", "mode", "section")
+    inertia, natural = (vector(record, f"modes/{one}", "mode") for one in (
+        "modal_inertia", "natural_frequency"))  # fmt: skip
+    if speed is None or mode is None or order is None or inertia is None or natural is None:
+        return np.zeros((0, 4))
+    if force is None or share is None or section not in labels(share.axes[1]):
+        return np.zeros((0, 4))
+    column = labels(share.axes[1]).index(section)
+    row, orders = mode.astype(int) - 1, force.axes[1].values
+    place = np.minimum(np.searchsorted(orders, order), orders.size - 1)
+    size = np.where(orders[place] == order, np.abs(force.values)[row, place], 0.0)
+    high = size * np.sqrt(share.values[row, column] / inertia[row]) / natural[row]
+    kept = np.sort(np.argsort(-high, kind="stable")[:_CRITICALS])
+    return np.stack([speed, np.full(speed.shape, np.nan), mode, order], axis=1)[kept]
 
 
 def spread(at: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
@@ -219,14 +257,16 @@ def _row(record: Record, load: str, section: str) -> np.ndarray | None:
 
 
 def _speeds(result: Result) -> list[Panel]:
-    """The most loaded section on top, then torque and twist of all, unless each has its panel."""
+    """The most loaded section on top, then torque and, where it tells more, twist of all."""
     section = worst_section(result.record)
     if section is None or _row(result.record, _TORQUE, section) is None:
         return []
     rings = names(result.record, "damper/travel", "damper") + _springs(result.record)
     panels = [_top(result, section), _all(result, _TORQUE, "torque", torque_words(result))]
     twisted = {*names(result.record, f"speeds/{_TWIST}", "section")} - {*rings}
-    if not twisted <= {*_compared(result.record)[:_MOST_PANELS]}:
+    # of an undamped line the twist is the torque over the stiffness
+    told = _undamped(result.record) or twisted <= {*_compared(result.record)[:_MOST_PANELS]}
+    if not told:
         panels.append(_all(result, _TWIST, "twist", "mrad", rings))
     return panels
 
@@ -267,8 +307,10 @@ def _top(result: Result, section: str) -> Panel:
                 plot.points += list(points)
 
     def maxima(plot: Plot) -> None:
+        if _undamped(record):
+            return name_above(plot, criticals_of(record, section))
         factors = np.array([1.0, scaled[0], 1.0, 1.0])
-        name_maxima(plot, factors * points_of(record, section), len(nearby))
+        return name_maxima(plot, factors * points_of(record, section), len(nearby))
 
     return Panel(
         "torque" if stress is None else "stress",
@@ -338,14 +380,14 @@ def _heights(plot: Plot, own: slice | None = None) -> Ends:
     every = np.concatenate(heights if own is None else shown[:1])
     usual = float(np.median(every[every > 0.0]))
     plot.axes.set_yscale("log")
-    return 0.05 * usual, 1e3 * usual
+    return 0.1 * usual, 1e2 * usual
 
 
 def _scaled(plot: Plot, shown: list[np.ndarray], curves: list[np.ndarray]) -> Ends:
     """Up to the highest curve, logarithmic where others are far above those shown."""
     high, far = max(map(_highest, shown)) or 1.0, max(map(_highest, curves)) or 1.0
     low = max(min(float(np.min(y[y > 0.0], initial=far)) for y in curves if y.size), _DEEP * far)
-    if far > _FAR * high and low > 0.0:
+    if (far > _FAR * high or "y" in plot.panel.log) and low > 0.0:
         if plot.axes.get_yscale() != "log":  # of all panels that share it
             plot.axes.set_yscale("log")
         return 0.5 * low, 1.3 * far
@@ -359,7 +401,7 @@ def _highest(curve: np.ndarray) -> float:
 
 def _shades(named: bool) -> Iterator[Mark]:
     """Barred ranges, hammering gears, and speeds at which nothing damps the line."""
-    for name, colour, alpha, words in _SHADES:
+    for name, colour, alpha, words in _SHADES if named else _SHADES[:-1]:
         yield spans(
             TORSION + name, words * named, ("from", "to"), _BARCODE, color=colour, alpha=alpha
         )
@@ -397,37 +439,33 @@ def _compared(record: Record) -> list[str]:
 def _twists(result: Result) -> list[Panel]:
     """A panel for each section, at most nine; none where there is nothing to compare with."""
     record, path = result.record, f"speeds/{_TWIST}"
-    tops = {name: _highest(row) for name in _compared(record)
-            if (row := _row(record, _TWIST, name)) is not None}  # fmt: skip
+    found = {name: sourced(_sections(_TWIST, "", [name]), result) for name in _compared(record)}
+    tops = {name: MILLI * _highest(one.values) for name, one in found.items() if one is not None}
     most = sorted(tops, key=lambda name: -tops[name])[:_MOST_PANELS]
     ill = [*misfire_words(result), "as it is"]
     damped = "with dampers" if names(record, f"without_dampers/{path}", "section") else ill[0]
-    shown = [name for name in tops if name in most]
-    own = {name: _sections(_TWIST, "", [name]) for name in shown}
-    others = [_sections(_TWIST, root, shown) for root, *_ in _OTHERS]
-    found = [sourced(one, result) for one in (*own.values(), *others)]
-    curves = [MILLI * row for one in found if one is not None for row in np.asarray(one.values)]
-    lower = sorted(curves[: len(shown)], key=_highest)[: -(-len(shown) // 2)]
     panels = []
-    for name, height in zip(shown, map(_highest, curves), strict=False):
-        title = f"{name}\nlargest {show(height, digits=3)}"
-        without = top_of(record, name, _TWIST, "without_dampers/")
-        if without.size and len(name) <= _SHORT:
-            title += f", without {show(MILLI * float(without[0, 1]), digits=3)}"
+    shown = [name for name in tops if name in most]
+    bare = {name: MILLI * float(top[0, 1]) for name in shown
+            if (top := top_of(record, name, _TWIST, "without_dampers/")).size}  # fmt: skip
+    far = any(top > _FAR * tops[name] for name, top in bare.items())
+    for name in shown:
+        title = f"{name}\nmax. {show(tops[name], digits=3)}"
+        if name in bare and len(name) <= _SHORT:
+            title += f", without {show(bare[name], digits=3)}"
         nearby = [Curve(_sections(_TWIST, root, [name]), words, {**look, "marker": ""})
                   for root, words, look in _OTHERS]  # fmt: skip
-        curve = Curve(own[name], damped, {"color": TOTAL, "linewidth": 1.6})
-        panels.append(Panel("twist", (*nearby, curve, operating), title, unit="mrad",
-                            ends=lambda plot: _scaled(plot, lower, curves)))  # fmt: skip
+        curve = Curve(_sections(_TWIST, "", [name]), damped, {"color": TOTAL, "linewidth": 1.6})
+        panels.append(Panel("", (*nearby, curve, operating), title, unit="mrad", log="y" * far,
+                            ends=partial(_heights, own=slice(-1, None))))  # fmt: skip
     return panels
 
 
-TORSION_DAMPERS = Curves(
-    also("twist of the sections against speed, half range of all orders"),
+TORSION_TWISTS = Curves(
+    also("twist of the sections in mrad, half range of all orders"),
     _twists,
     high=2.7,
     columns=3,
-    level=True,
 )
 
 

@@ -102,8 +102,8 @@ def _steady(end: str, colour: str) -> Mark:
 def _onset(plot: Plot) -> None:
     """When a step happens, where the case says it."""
     change = table_of(plot.result.case, "response", "torsion", "transient")
-    if change.get("kind") not in PASSAGES and change.get("before"):
-        plot.axes.axvline(float(change["before"]), color=TOTAL, linestyle=":", label="onset")
+    if change.get("kind") not in PASSAGES and change.get("time_before"):
+        plot.axes.axvline(float(change["time_before"]), color=TOTAL, linestyle=":", label="onset")
 
 
 def _between(plot: Plot) -> None:
@@ -536,9 +536,24 @@ def _at_criticals(mode: int) -> Source:
     return made
 
 
+def _closings(plot: Plot) -> None:
+    """A dot at each natural frequency, where nothing is left."""
+    natural = hertz(1.0) * first_of(plot.result.record, TORSION + "modes/natural_frequency")
+    plot.axes.plot(natural, 0.0 * natural, "o", color=LIMIT, zorder=5, label="natural frequency",
+                   clip_on=False)  # fmt: skip
+
+
 AS_PUBLISHED = Curves(
     "modal method of the source: mode shapes with 1 at the first station, no twist of a shaft",
     (
+        Panel(
+            "residual",
+            (Curve(PUBLISHED + "residual", look={"color": TOTAL}), _closings),
+            "torque left at the last station by Holzer's table, share of all inertia torques",
+            ends=headroom(0.3),
+            height=0.8,
+            legend={"loc": "upper right"},
+        ),
         Panel(
             "twist",
             (Curve(PUBLISHED + "twist_magnitude", "mode {}"), operating),

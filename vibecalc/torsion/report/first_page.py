@@ -411,7 +411,7 @@ CALCULATION = Calculation(
             *("vibration:torsion_speeds", "torsion_speeds"),
             *("first_page:loads_and_limits", "torsion_limits", "gear_torque"),
             *("vibration:torsion_curves", "torsion_curves", "torsion_station_curves"),
-            *("couplings:torsion_couplings", "torsion_couplings", "torsion_dampers"),
+            *("couplings:torsion_couplings", "torsion_couplings", "torsion_twists"),
             *("vibration:torsion_irregularity", "cyclic_irregularity"),
             details=("torsion_orders", "station_angles", "section_stress"),
         ),

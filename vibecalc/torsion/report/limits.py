@@ -278,16 +278,12 @@ _FORMULAS = (
 _Column = tuple[str, str, str, Callable[[float], str]]
 
 
-def _plain(value: float) -> str:
-    return short(value) if value else ""
+def _if_there(write: Callable[[float], str], none: str = "-") -> Callable[[float], str]:
+    """What writes a value, and something else for zero, which stands for none."""
+    return lambda value: write(value) if value else none
 
 
-def _known(value: float) -> str:
-    return short(value) if value else "-"
-
-
-def _speed(value: float) -> str:
-    return turns(value) if value else "-"
+_plain, _known, _speed = _if_there(short, ""), _if_there(short), _if_there(turns)
 
 
 def _use(value: float) -> str:

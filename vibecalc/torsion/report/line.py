@@ -551,7 +551,7 @@ def _orders(one: Mapping[str, Any]) -> str:
             return f"{one[wheel]} {wheel}, order " + _list(
                 one[wheel] * (k + 1) for k in range(count)
             )
-    whose = "of the crankshaft" if one.get("of") == "crankshaft" else "of its shaft"
+    whose = "of the crankshaft" if one.get("orders_of") == "crankshaft" else "of its shaft"
     return f"order {_list(one.get('orders') or ())} {whose}"
 
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.core.report.canvas import LIMIT, QUIET, keep_apart, note, unit_words
-from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, resonances, rows_of
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, resonances, rows_of, usual_ends
+from vibecalc.core.report.sources import Ends
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
     FEW,
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 _MOST = 6
 #: a limit further beyond the data than this is said, not drawn
 _FAR = 4.0
+#: ratio of the ends of an axis to what is usual, where results are unbounded at resonances
+_FAR_FLANK = 30.0
 #: entries of these axes are alike; those of others get a line each if they are few
 _ALIKE = ("order", "direction", "mount", "cylinder", "coordinate", "crank_angle", "mode")
 _ENTRIES = 4
@@ -135,7 +138,13 @@ def _panel(picture: Picture, one: Shown) -> Panel:
     return Panel(
         one.label, (curve, marks, resonances(_MODES)), one.title(*notes),
         log="x" if axis.logarithmic else "", below=axis_title(axis),
+        ends=_flanks if np.isinf(values).any() else (None, None),
     )  # fmt: skip
+
+
+def _flanks(plot: Plot) -> Ends:
+    """On a logarithmic axis, decades about what is usual: flanks of a resonance have no end."""
+    return usual_ends(plot, far=_FAR_FLANK) if plot.axes.get_yscale() == "log" else (None, None)
 
 
 def _with_gaps(

@@ -1,7 +1,7 @@
 """What a sweep says: before it starts, after it ends, and its report."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,9 +27,11 @@ from vibecalc.core.report.writing import (
     text_of,
     titled,
 )
+from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS, is_accuracy
 from vibecalc.core.results.record import Result
 from vibecalc.core.results.sweep_file import SweepResult, opened
+from vibecalc.core.study.sweep.checks import UNSHARED_AXES
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
@@ -148,7 +150,6 @@ def sweep_lines(sweep: SweepView) -> list[str]:
     judged = judge(sweep)
     lines = [*heading(str(sweep.case.get("title") or sweep.name), 1), *_identity(sweep)]
     lines += titled("Summary", paragraph(conclusion(sweep, judged)))
-    left_out = map(": ".join, sweep.left_out.items())
     provenance = sweep.head.result.provenance.items()
     sections = (
         ("What varies", _varied(sweep)),
@@ -157,13 +158,35 @@ def sweep_lines(sweep: SweepView) -> list[str]:
         ("Statistics of the samples", statistic_lines(sweep)),
         ("Sobol indices", index_lines(sweep)),
         ("Points without a result", failure_lines(sweep)),
-        ("Not stored", [line for words in left_out for line in paragraph(words)]),
+        ("Not stored", [line for words in _not_stored(sweep) for line in paragraph(words)]),
         (
             "Provenance",
             pairs((name, str(text)) for name, text in provenance),
         ),
     )
     return lines + [line for one in sections if one[1] for line in titled(*one)]
+
+
+def _not_stored(sweep: SweepView) -> Iterator[str]:
+    """What cannot be stored and why, and what runs have besides where nobody said what to keep."""
+    yield from map(": ".join, sweep.left_out.items())
+    if sweep.case.get("sweep", {}).get("keep"):
+        return
+    planned = {
+        path for row in sweep.head.result.plan for path in row.get("quantities", "").split(", ")
+    }
+    others = [
+        CATALOGUE[path].axes
+        for path in planned - {*sweep.quantities, *sweep.left_out}
+        if path in CATALOGUE and not {*CATALOGUE[path].axes} & {*UNSHARED_AXES}
+    ]
+    along = Counter(axis for axes in others for axis in axes)
+    if along:
+        most = sorted(along, key=lambda axis: (-along[axis], axis))
+        yield (
+            f"{many(len(others), 'result')} with several entries, along {', '.join(most[:8])}: "
+            "`keep` in [sweep], or --keep, stores those that it names"
+        )
 
 
 def report_file(of: Path | Result, *, full: bool = False) -> str:

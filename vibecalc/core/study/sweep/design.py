@@ -49,7 +49,7 @@ def _axes_of(sweep: Sweep, resolved: Mapping[str, Any]) -> tuple[SweepAxis, ...]
     for n, axis in enumerate(sweep.axes):
         path: KeyPath = ("sweep", "axes", n)
         tables: list[tuple[Along, KeyPath]] = [(axis, path)]
-        tables += [(one, (*path, "with", index)) for index, one in enumerate(axis.together)]
+        tables += [(one, (*path, "in_step", index)) for index, one in enumerate(axis.together)]
         points = axis.points if axis.points is not None else len(axis.values) or None
         keys: list[AxisKey] = []
         for table, place in tables:

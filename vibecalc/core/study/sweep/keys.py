@@ -167,7 +167,7 @@ class _KeyTable(NamedTuple):
     def written_unit(self) -> str:
         """The unit in which the values of a number are written, the first that has one."""
         table, given = self.table, self.table.distribution
-        drawn = (given.mean, given.upper, given.lower) if given else ()
+        drawn = (given.mean, given.max, given.min) if given else ()
         texts = (table.stop, table.start, *table.values, *drawn)
         number = self.shape.kind == "number"
         units = (split_number(one)[1] for one in texts if number and isinstance(one, str))
@@ -232,7 +232,7 @@ class _KeyTable(NamedTuple):
         if logarithmic and not (min(ends) > 0.0 or max(ends) < 0.0):
             found = f"from {table.start} to {table.stop}"
             raise self.refused(
-                "spacing", "equal ratios never pass zero", found=found, allowed="linear"
+                "spacing", "logarithmic spacing cannot pass zero", found=found, allowed="linear"
             )
         if count is None and not sampled:
             allowed = "points = 21, say"
@@ -260,9 +260,11 @@ class _KeyTable(NamedTuple):
         if not sampled:
             hint = "or give values, or from, to and points"
             allowed = 'sampling = "sobol", "latin_hypercube" or "monte_carlo" in [sweep]'
-            raise self.refused("distribution", "a grid does not draw", allowed=allowed, hint=hint)
+            raise self.refused(
+                "distribution", "a grid has no random values", allowed=allowed, hint=hint
+            )
         if self.shape.kind == "whole":
-            message = "a whole number cannot scatter"
+            message = "a whole number cannot have a distribution"
             raise self.refused("distribution", message, allowed="values = [...]")
         numbers = {
             name: self.number("distribution", one, difference=name == "deviation")
@@ -270,7 +272,7 @@ class _KeyTable(NamedTuple):
             if (one := getattr(given, name)) is not None
         }
         if given.kind == "triangular":
-            numbers.setdefault("mode", 0.5 * numbers["lower"] + 0.5 * numbers["upper"])
+            numbers.setdefault("mode", 0.5 * numbers["min"] + 0.5 * numbers["max"])
         parameters = [numbers[name] for name in PARAMETERS[given.kind]]
         if wrong := objection(given.kind, *parameters):
             raise self.refused("distribution", wrong)

@@ -253,7 +253,7 @@ def axis_tables(
     if not zipped:
         return [*grid]
     first, *others = zipped
-    return [*grid, {**first, "with": others} if others else first]
+    return [*grid, {**first, "in_step": others} if others else first]
 
 
 def sampling_table(text: str) -> dict[str, Any]:
@@ -370,7 +370,7 @@ def prepare(loaded: LoadedCase, jobs: int) -> PreparedSweep:
     case, resolved = loaded.case, loaded.resolved
     if case.sweep is None or not case.sweep.axes:
         raise UsageError(
-            f"{loaded.path} says not what to vary: it needs a table [sweep] with axes, or give "
+            f"{loaded.path} does not say what to vary: it needs a table [sweep] with axes, or give "
             "them here, as in --grid 'machine.speed=2000 rpm:4000 rpm:21'"
         )
     design = make_design(case.sweep, resolved)

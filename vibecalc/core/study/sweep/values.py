@@ -111,8 +111,8 @@ def ratios(
 
 #: kind -> the parameters it needs, in the order in which its law takes them
 PARAMETERS: dict[str, tuple[str, ...]] = {
-    "uniform": ("lower", "upper"),
-    "triangular": ("lower", "upper", "mode"),
+    "uniform": ("min", "max"),
+    "triangular": ("min", "max", "mode"),
     "normal": ("mean", "deviation"),
     "lognormal": ("mean", "deviation"),
 }
@@ -135,9 +135,9 @@ def objection(kind: str, first: float, second: float, mode: float | None = None)
     """Say what is wrong with the parameters of a distribution, or nothing."""
     if kind in ("uniform", "triangular"):
         if not first < second:
-            return "lower has to be below upper"
+            return "min has to be below max"
         inside = mode is None or first <= mode <= second
-        return "" if inside else "mode has to be between lower and upper"
+        return "" if inside else "mode has to be between min and max"
     if second <= 0.0:
         return "deviation has to be > 0"
     if kind == "lognormal" and first <= 0.0:
