@@ -134,20 +134,20 @@ title = "absorber"
 [machine]
 kind = "absorber"
 primary = { damping_ratio = 0.01 }
-secondary = { mass_ratio = 0.05, stiffness_ratio = 0.04, damping_ratio = 0.02 }
+secondary = { mass_ratio = 0.05, stiffness_ratio = 0.04, damping_over_primary_critical = 0.02 }
 [response.absorber]
 [optimisation]
 objective = { quantity = "response/absorber/largest" }
 starts = 2
 variables = [
-  { key = "machine.secondary.stiffness_ratio", lower = 0.02, upper = 0.1 },
-  { key = "machine.secondary.damping_ratio", lower = 1e-3, upper = 0.2 },
+  { key = "machine.secondary.stiffness_ratio", min = 0.02, max = 0.1 },
+  { key = "machine.secondary.damping_over_primary_critical", min = 1e-3, max = 0.2 },
 ]
 """
 SCATTERED = """[optimisation.robust]
 tolerances = [
   { key = "machine.primary.damping_ratio", deviation = "3 %" },
-  { key = "machine.secondary.damping_ratio", half_width = "20 %" },
+  { key = "machine.secondary.damping_over_primary_critical", half_width = "20 %" },
 ]
 sigmas = 2
 samples = 16
@@ -180,7 +180,7 @@ def test_the_least_of_two_peaks_is_the_tuning_in_closed_form(tmp_path: Path) -> 
     assert float(objective.error_estimate) < 1e-10
     for key, name in (
         ("stiffness_ratio", "stiffness_ratio"),
-        ("damping_ratio", "secondary_damping"),
+        ("damping_ratio", "damping_over_primary_critical"),
     ):
         sought = found[f"optimisation/variable/machine.secondary.{key}"]
         there = float(tuned[f"tuning/{name}"].values)

@@ -106,7 +106,7 @@ def test_figure_2_12_has_its_high_peaks_near_one():
 
 
 def test_figures_2_7_to_2_16_are_as_the_text_says():
-    """The curves of cases/absorber_own_damping.toml and cases/absorber_stiffness.toml."""
+    """The curves of cases/absorber_damping.toml and cases/absorber_stiffness.toml."""
     x, own = np.linspace(0.5, 1.5, 2001), np.linspace(0.0, 0.6, 61)[:, None]
     inside = {}
     for primary in (0.0, 0.04):

@@ -152,7 +152,7 @@ def gaps(values: Any) -> np.ndarray:
 
 def unit_words(unit: str, largest: float = 0.0) -> tuple[float, str]:
     """Factor and words of a unit as people read it: N m, kN from 10 000 N on."""
-    words = unit.replace("*", " ").replace("^2", "$^2$")
+    words = unit.replace("*", " ").replace("^2", "$^2$").replace("um", "\u00b5m")
     return (1e-3, f"k{words}") if unit in ("N", "N*m") and largest >= 1e4 else (1.0, words)
 
 
