@@ -92,3 +92,13 @@ def fresh(name: str, *settings: str) -> Result:
     """The same, run here and now, for tests that hold it against kernels bit by bit."""
     (loaded,) = load_checked([CASES[name]], settings)
     return execute(loaded)
+
+
+@cache
+def judge() -> Any:
+    """What holds tables against the JSON schema of all cases; to make it takes seconds."""
+    import jsonschema
+
+    from vibecalc.json_schema import json_schema
+
+    return jsonschema.Draft202012Validator(json_schema())
