@@ -32,8 +32,8 @@ def on_springs(seed: int, model: str, *, run_up: bool = True) -> Table:
 FEW: dict[str, list[Table]] = {
     "rigid body with run-up": [on_springs(1, "rigid_body")],
     "pitch without damping": [without_damping(on_springs(22, "pitch"))],
-    "pitch": [on_springs(seed, "pitch", run_up=False) for seed in (1, 2, 3, 5)],
-    "rigid body": [on_springs(seed, "rigid_body", run_up=False) for seed in (3, 4, 6)],
+    "pitch": [on_springs(seed, "pitch", run_up=False) for seed in (3, 5)],
+    "rigid body": [on_springs(seed, "rigid_body", run_up=False) for seed in (3, 4)],
 }
 MANY: dict[str, Iterable[Table]] = {
     "pitch": (on_springs(seed, "pitch") for seed in range(100, 400)),

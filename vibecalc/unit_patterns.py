@@ -53,25 +53,25 @@ def shifted_pattern(unit: str, least: str) -> str:
 
 #: what may stand before symbols, and before words
 _SYMBOL, _WORD = "[nuµμmcdhkMGT]?", "(micro|milli|centi|kilo|mega|giga)?"
-#: a unit of each dimension -> symbols and words that take these, and names that stand as they are
-#: (a min is no inch, a kt no tonne)
-_CALLED: dict[str, tuple[str, str, str]] = {
-    "": ("", "", "%"),
-    "N": ("N|lbf|kgf", "newtons?", ""),
-    "Pa": ("Pa", "pascals?", "[mk]?bar|k?psi"),
-    "Hz": ("Hz|rpm", "hertz", ""),
-    "J": ("J", "joules?", ""),
-    "W": ("W", "watts?", "hp|horsepower"),
-    "V": ("V", "volts?", ""),
-    "H": ("H", "henrys?", ""),
-    "ohm": ("ohm|Ω", "ohms?", ""),
-    "K": ("K", "kelvins?", ""),
-    "St": ("St", "stokes", ""),
-    "m": ("m", "met(er|re)s?", "in(ch(es)?)?|ft|foot|feet"),
-    "m^3": ("[lL]", "lit(er|re)s?", ""),
-    "kg": ("g", "grams?|tonnes?", "t|lb|oz|pounds?|ounces?|slugs?"),
-    "s": ("s", "seconds?", "sec|min|minutes?|h|hours?"),
-    "rad": ("rad", "radians?", "deg|degrees?|rev|turns?|revolutions?|°"),
+#: a unit of each dimension -> symbols and words that take these, and symbols and words that stand
+#: as they are (a min is no inch, a kt no tonne)
+_CALLED: dict[str, tuple[str, str, str, str]] = {
+    "": ("", "", "%", ""),
+    "N": ("N|lbf|kgf", "newtons?", "", ""),
+    "Pa": ("Pa", "pascals?", "[mk]?bar|k?psi", ""),
+    "Hz": ("Hz|rpm", "hertz", "", ""),
+    "J": ("J", "joules?", "", ""),
+    "W": ("W", "watts?", "hp", "horsepower"),
+    "V": ("V", "volts?", "", ""),
+    "H": ("H", "henrys?", "", ""),
+    "ohm": ("ohm|Ω", "ohms?", "", ""),
+    "K": ("K", "kelvins?", "", ""),
+    "St": ("St", "stokes", "", ""),
+    "m": ("m", "met(er|re)s?", "in|ft", "inch|inches|foot|feet"),
+    "m^3": ("[lL]", "lit(er|re)s?", "", ""),
+    "kg": ("g", "grams?|tonnes?", "t|lb|oz", "pounds?|ounces?|slugs?"),
+    "s": ("s", "seconds?", "sec|min|h", "minutes?|hours?"),
+    "rad": ("rad", "radians?", "deg|rev|turn|°", "degrees?|turns|revolutions?"),
 }
 
 Dimension = tuple[tuple[str, float], ...]
@@ -91,10 +91,11 @@ def _either(names: str) -> str:
 def _names(alone: bool) -> dict[Dimension, str]:
     """What a unit of a dimension may be called, as a regular expression; in words where `alone`."""
     found = {}
-    for unit, (symbols, words, others) in _CALLED.items():
-        prefixed = ((_SYMBOL, symbols), (_WORD, words if alone else ""))
-        forms = [before + _either(names) for before, names in prefixed if names]
-        found[_dimension(unit)] = "|".join(filter(None, (*forms, others)))
+    for unit, (symbols, words, others, other_words) in _CALLED.items():
+        forms = [_SYMBOL + _either(symbols) if symbols else "", others]
+        if alone:
+            forms += [_WORD + _either(words) if words else "", other_words]
+        found[_dimension(unit)] = "|".join(filter(None, forms))
     return found
 
 
