@@ -8,17 +8,16 @@ import json
 import tomllib
 from typing import Any
 
-import jsonschema
 import numpy as np
 import pytest
 from refused import problems_of, refusals, said_of, with_keys
+from shipped_cases import judge
 
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import resolve, validate
 from vibecalc.core.case.rules import cross_check
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.core.run.targets import check_targets
-from vibecalc.json_schema import json_schema
 
 ROLL = """
 schema = 1
@@ -43,7 +42,6 @@ synchronous_speed = "1000 rpm"
 slip_table = { slip = [0, "24 rpm", "110 rpm", "1000 rpm"], torque = [0, 420, 870, 420] }
 [response.roll]
 """
-JUDGE = jsonschema.Draft202012Validator(json_schema())
 GOOD: dict[str, Any] = tomllib.loads(ROLL)
 CONTROL: dict[str, Any] = tomllib.loads(starter("roll_control"))
 DYNAMIC: dict[str, Any] = tomllib.loads(starter("roll"))
@@ -80,7 +78,7 @@ def test_fine_cases_stay_fine_when_resolved(
 ) -> None:
     case = validate(data_of(change))
     assert check_machine(case) == []
-    assert JUDGE.is_valid(data_of(change))
+    assert judge().is_valid(data_of(change))
     again = validate(resolve(case))
     assert again == case
     assert check_machine(again) == []

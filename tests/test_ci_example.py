@@ -67,6 +67,7 @@ def begin(run: Run) -> None:
     assert ran(ended) == ["compressor_motor", "i3"]
 
 
+@pytest.mark.long
 def test_a_case_that_breaks_is_red_and_holds_up_no_other(run: Run, tmp_path: Path) -> None:
     """Of two commits: at the second one case is broken, another's numbers move, a third is new."""
     begin(run)

@@ -182,15 +182,6 @@ def test_stock_is_the_list_and_then_the_catalogue() -> None:
     assert one == pytest.approx(float(other), rel=1e-12)
 
 
-def test_temperatures_in_kelvin_and_in_degrees() -> None:
-    values = [
-        case_of(RIG, machine__gap__temperature=value).machine.gap.temperature  # type: ignore[union-attr]
-        for value in ("40 degC", "313.15 K", 313.15, "313.15", "40 °C", "-5 degC")
-    ]
-    assert values[:5] == pytest.approx([313.15] * 5, rel=1e-15)
-    assert values[5] == pytest.approx(268.15, rel=1e-15)
-
-
 def test_pendulums_swing_together() -> None:
     found = pendulums(machine__pendulum__rollers=ROLLERS, machine__pendulum__damping_ratio=0.02)
     assert found.pendulum.mass == pytest.approx(3.6)

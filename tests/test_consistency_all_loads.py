@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pytest
 from engine_cases import replaced
-from engine_mounted import COUNTER, ON_BODY, SEPARATE, loaded_of, mounted
+from engine_mounted import SEPARATE, loaded_of, mounted
 from shipped_cases import table_of
 
 from vibecalc.core.case.load import validate
@@ -39,7 +39,7 @@ def test_the_torque_alone_is_refused_with_where_it_is() -> None:
 
 def test_paths_of_before_name_the_same_results() -> None:
     for old, new in PATHS.items():
-        if not new.startswith("isolation/"):
+        if not new.startswith(("isolation/body/", "isolation/support_force/")):
             continue
         name = "genset_on_deck" if old.startswith("foundation") else "pump"
         table = copy.deepcopy(table_of(name))
@@ -80,51 +80,6 @@ def test_gas_that_only_loads_the_bearings_is_said() -> None:
 
 
 ISOLATED = '[isolation]\nmodel = "rigid_body"\n'
-ENERGIES = "energies = true\nrun_up = { from = 20.0, to = 160.0 }\n"
-
-
-@pytest.mark.parametrize(
-    "machine",
-    [*(pytest.param(one, marks=pytest.mark.long) for one in (SEPARATE, ON_BODY)), COUNTER],
-    ids=["away", "line", "counter"],
-)
-def test_a_body_moves_by_the_same_loads_in_response_and_isolation(machine: str) -> None:
-    """With both, and with [response] alone, which keeps to the shaking where it is asked to."""
-    on_body = machine.replace("[isolation]", f"[response]\n{ENERGIES}[isolation]")
-    both = run_case(mounted(on_body))
-    alone = run_case(mounted(on_body.replace(ISOLATED, "")))
-    for name in ("translation_harmonics", "rotation_harmonics"):
-        motion, found = both[f"isolation/body/{name}"], alone[f"response/{name}"]
-        assert motion.axes[0].values[0] == 0.5
-        for one in (both[f"response/{name}"], found):
-            assert np.array_equal(one.axes[0].values, motion.axes[0].values)
-            size = float(np.abs(motion.values).max())
-            assert one.values == pytest.approx(motion.values, rel=1e-12, abs=1e-13 * size)
-    path = "response/run_up/kinetic_energy"
-    assert np.array_equal(alone[path].values, both[path].values)
-    shaking = ("[response]\n", '[response]\nloads = ["shaking"]\n')
-    shaken = run_case(mounted(replaced(on_body, shaking)))
-    assert shaken["response/translation_harmonics"].axes[0].values[0] == 1
-    turned = [one["response/rotation_peak"].values[0] for one in (shaken, both)]
-    assert turned[0] <= turned[1]
-
-
-@pytest.mark.parametrize(
-    "machine", [pytest.param(SEPARATE, marks=pytest.mark.long), ON_BODY], ids=["away", "line"]
-)
-def test_energies_at_a_speed_of_the_run_up_are_those_of_that_speed(machine: str) -> None:
-    on_body = machine.replace(ISOLATED, f"[response]\n{ENERGIES}")
-    paths = {f"response/run_up/{one}_energy": f"response/{one}_energy/mean"
-             for one in ("kinetic", "potential")}  # fmt: skip
-    passed = run_case(mounted(on_body), wanted=frozenset(paths))
-    speeds = passed["response/run_up/kinetic_energy"].axes[0].values
-    assert np.all(np.diff(speeds) > 0.0) and speeds[0] == 20.0 and speeds[-1] == 160.0
-    highest = int(np.argmax(passed["response/run_up/kinetic_energy"].values))
-    for place in (len(speeds) // 3, highest):
-        there = mounted(on_body.replace('"1500 rpm"', repr(float(speeds[place]))))
-        steady = run_case(there, wanted=frozenset(paths.values()))
-        for path, mean in paths.items():
-            assert passed[path].values[place] == pytest.approx(steady[mean].values, rel=1e-9)
 
 
 def test_operations_say_that_they_are_of_the_shaking_alone() -> None:
@@ -150,3 +105,10 @@ def test_half_orders_of_the_mounts_can_be_named() -> None:
             continue
         with pytest.raises(CaseError, match="asks for an order"):
             loaded_of(text + limit.format(path, order))
+
+
+def test_gas_that_reaches_nothing_is_said() -> None:
+    words = "the gas has no effect"
+    still = replaced(SEPARATE, ('"separate"', '"cancels_torque"'))
+    assert any(words in one for one in machine_warnings(mounted(still)))
+    assert not any(words in one for one in machine_warnings(mounted(SEPARATE)))

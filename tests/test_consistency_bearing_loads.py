@@ -221,23 +221,6 @@ def test_highest_and_mean_loads() -> None:
     assert vector.value[0] == pytest.approx(0.5 + 0.2j)
 
 
-def test_peaks_over_speeds_are_those_of_single_runs() -> None:
-    table = machine()
-    table["bearing_loads"]["speeds"] = {"from": 200.0, "to": 310.0, "points": 3}
-    record = run(table)
-    for part, axis in (("main", "main_bearing"), ("crank_pin", "cylinder")):
-        over = record[f"{ROOT}/speeds/{part}_peak"]
-        assert [one.name for one in over.axes] == [axis, "speed"]
-        assert over.values[:, -1] == pytest.approx(record[f"{ROOT}/{part}/peak"].values, rel=1e-12)
-    # a pump and a compressor have their gas over a turn
-    table["machine"] |= {"kind": "compressor"}
-    del table["machine"]["cycle"]
-    other = run(table)
-    assert other[f"{ROOT}/main/peak"].values == pytest.approx(
-        record[f"{ROOT}/main/peak"].values, rel=1e-10
-    )
-
-
 def test_gas_of_cards_between_their_speeds_and_of_a_weak_cylinder() -> None:
     table = machine()
     train = table["machine"]["crank_train"]

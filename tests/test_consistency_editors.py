@@ -257,6 +257,9 @@ WRONG: dict[str, tuple[str, Any, str]] = {
     "wrong_choice": ("isolation.model", "pich", "pich"),
     "wrong_length": ("machine.crank_train.origin", [1.0], ""),
     "wrong_type": ("title", 3, ""),
+    "switch_for_a_number": ("machine.speed", True, ""),
+    "empty_list": ("machine.crank_train.cylinders", [], ""),
+    "half_an_order": ("excitation", {"orders": 1.5}, ""),
 }
 
 

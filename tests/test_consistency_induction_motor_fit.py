@@ -6,7 +6,6 @@ import mpmath
 import numpy as np
 import pytest
 from induction_motors import GIVEN, ONE_CAGE, RPM, TABLE_SLIP, TABLE_TORQUE, TWO_CAGES
-from long_but import long_but
 from scipy.optimize import differential_evolution
 
 from vibecalc.excitation.induction_motor import (
@@ -15,7 +14,7 @@ from vibecalc.excitation.induction_motor import (
     torque_curve,
 )
 from vibecalc.excitation.induction_motor_fit import fit_induction_motor
-from vibecalc.excitation.induction_motor_flux import eigenvalues, torque_answer
+from vibecalc.excitation.induction_motor_flux import torque_answer
 from vibecalc.excitation.induction_motor_identify import transient_inductance
 
 MADE = TABLE_SLIP[1:]
@@ -59,22 +58,6 @@ def test_one_cage_is_found_again_from_the_rows_up_to_breakdown():
     # one cage has one shape of curve: the rows beyond breakdown are met as well
     assert np.max(np.abs(fit.residual / fit.table)) < 1e-10
     assert any("beyond the largest torque are not fitted" in text for text in fit.warnings)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("cages", long_but([1, 2], 2))
-def test_stator_inductance_is_not_identifiable_from_any_torque(cages):
-    fits = [
-        fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=cages, stator_inductance=size)
-        for size in (0.01, 0.2)
-    ]
-    slips = np.array([-80.0, -2.0, 0.01, 1.0, 9.0, 50.0, 94.0, 300.0])
-    curves = np.array([steady_torque(fit.motor, slips).value for fit in fits])
-    assert np.max(np.abs(curves / curves[0] - 1.0)) < 1e-9
-    assert fits[0].worst_relative == pytest.approx(fits[1].worst_relative, rel=1e-9)
-    # its transients depend on it, though: the flux of the stator decays otherwise
-    slow = [eigenvalues(fit.motor, 0.9).value[1 if cages == 2 else 0].real for fit in fits]
-    assert abs(slow[0] - slow[1]) > 0.02 * abs(slow[0])
 
 
 def test_what_the_table_does_not_tell_is_named():

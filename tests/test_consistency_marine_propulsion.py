@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from dense_line import half_range
-from marine_line import LINE, ORDER, SPEED, halves
+from marine_line import LINE, SPEED, halves
 from shipped_cases import result_of
 
 from vibecalc.core.results.record import Quantity
@@ -18,55 +17,11 @@ def quantity(path: str) -> Quantity:
     return result_of("marine_propulsion").record.quantities[ROOT + path]
 
 
-def test_natural_frequencies() -> None:
-    found = quantity("modes/natural_frequency").values
-    np.testing.assert_allclose(found[1:], LINE.undamped(SPEED)[1:], rtol=RTOL)
-
-
-def test_torques_and_angles_at_the_operating_speed() -> None:
-    wanted = LINE.at(SPEED)
-    for path, expected in (("torque", wanted.torque), ("angle", wanted.angle)):
-        largest = np.abs(expected).max()
-        np.testing.assert_allclose(quantity(path).values, expected, rtol=RTOL, atol=RTOL * largest)
-        half = quantity(f"{path}_half_range").values
-        np.testing.assert_allclose(half, half_range(ORDER, expected), rtol=RTOL)
-
-
 def test_half_ranges_over_the_speeds() -> None:
     curve = quantity("speeds/torque_half_range")
     speed = np.asarray(curve.axes[-1].values, dtype=float)
     for place in range(0, len(speed), 7):
         np.testing.assert_allclose(curve.values[:, place], halves(float(speed[place])), rtol=RTOL)
-
-
-def test_orders_of_the_curves() -> None:
-    """Complex orders, half ranges and sums of magnitudes of both shafts over the speed."""
-    order, sums = quantity("curves/torque/order"), quantity("curves/torque/sum")
-    half = quantity("curves/torque/half_range")
-    assert list(order.axes[0].values) == [name for name, _ in SHAFTS]
-    kept = [list(ORDER).index(one) for one in order.axes[1].values]
-    assert 4.0 in order.axes[1].values  # of the blades
-    for place, speed in list(enumerate(order.axes[2].values))[::24]:
-        torque = LINE.at(float(speed)).torque[[row for _, row in SHAFTS]]
-        tiny = RTOL * np.abs(torque).max()
-        expected = torque[:, kept]
-        np.testing.assert_allclose(order.values[..., place], expected, rtol=RTOL, atol=tiny)
-        np.testing.assert_allclose(sums.values[:, place], np.abs(torque).sum(axis=1), rtol=RTOL)
-        np.testing.assert_allclose(half.values[:, place], half_range(ORDER, torque), rtol=RTOL)
-
-
-@pytest.mark.long
-def test_conditions_of_the_cylinders() -> None:
-    """All of them at the operating speed, and the worst of all over the speed."""
-    found = quantity("conditions/torque_half_range")
-    names = ["", *(one["name"] for one in LINE.train["cylinders"])]
-    expected = np.array([halves(SPEED, one) for one in names])
-    np.testing.assert_allclose(found.values, expected, rtol=RTOL)
-    worst = quantity("conditions/speeds/torque_half_range")
-    for place in (31, 124):
-        at = float(worst.axes[-1].values[place])
-        every = np.array([halves(at, one) for one in names])
-        np.testing.assert_allclose(worst.values[:, place], every.max(axis=0), rtol=RTOL)
 
 
 def stress(row: int, speed: float) -> float:

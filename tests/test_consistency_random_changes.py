@@ -100,20 +100,20 @@ class Change:
     @property
     def borders(self) -> list[float]:
         """Times at which something jumps or has a corner."""
-        first, asked = self.asked["before"], self.asked
+        first, asked = self.asked["time_before"], self.asked
         if self.passes:
             length = asked["duration"]
             inner = [first + share * length for share in (0.0, SWING, 1.0 - SWING, 1.0)]
-            return [0.0, *inner, inner[-1] + asked["after"]]
+            return [0.0, *inner, inner[-1] + asked["time_after"]]
         rows = asked["history"]["time"][1:] if "history" in asked else []
-        return [0.0, first, *(first + one for one in rows), first + asked["after"]]
+        return [0.0, first, *(first + one for one in rows), first + asked["time_after"]]
 
     def motion(self, time: float) -> tuple[float, float]:
         """Speed and acceleration of the crank."""
         if not self.passes:
             return self.begin, 0.0
         length = self.asked["duration"]
-        share = min(max((time - self.asked["before"]) / length, 0.0), 1.0)
+        share = min(max((time - self.asked["time_before"]) / length, 0.0), 1.0)
         top = (self.end - self.begin) / (length * (1.0 - SWING))
         growth = min(share / SWING, (1.0 - share) / SWING, 1.0)
         passed = min(share, SWING) ** 2 / (2.0 * SWING)
@@ -142,7 +142,7 @@ class Change:
 
     def push(self, after: bool) -> Callable[[float, float], np.ndarray]:
         """Accelerations of the coordinates by what acts at a time and an angle of the crank."""
-        line, first, jolts = self.line, self.asked["before"], after and "on" in self.asked
+        line, first, jolts = self.line, self.asked["time_before"], after and "on" in self.asked
         to_rates = np.linalg.solve(self.mass, self.basis.T)
         by_order, means = self.loads[after]
         by_order, means = to_rates @ by_order, means @ to_rates.T

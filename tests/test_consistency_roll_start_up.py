@@ -9,16 +9,11 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import gas_force
 from vibecalc.excitation.slip_torque import linear_motor, slip_curve
 from vibecalc.roll.between_kinks import running
-from vibecalc.roll.mechanism import RollDrive, RollMachine, accelerations, gas_forces, inertia
+from vibecalc.roll.mechanism import RollDrive, RollMachine, gas_forces, inertia
 from vibecalc.roll.start_up import StartUp, start_angles, start_up
 from vibecalc.roll.start_up_readings import QUANTITIES
 from vibecalc.roll.start_up_system import (
-    ANGLE,
-    SHELL_SPEED,
-    SPEED,
-    STATES,
     LoadSteps,
-    StartUpSystem,
 )
 
 ROTOR, HOUSING = 2.0, 150.0
@@ -189,40 +184,6 @@ def test_the_errors_bound_what_a_tight_run_finds() -> None:
             np.abs(found.peaks.value - right.peaks.value) <= found.peaks.error + right.peaks.error
         )
         assert found.final_error[0] < 100.0 * tolerance
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("gas", ["linear", "parabola", "cubic", "trigonometric"])
-def test_rates_in_plain_floats_are_those_of_the_arrays(gas: str) -> None:
-    """Everything a machine may have: offset pins, heavy rods, friction of three kinds, mounts."""
-    machine = source_machine(
-        wrist_pin_offset=0.02, rod_inertia_difference=[-0.05, 0.03], shell_stiffness=4e5,
-        shell_damping=800.0, friction_torque=12.0, friction_damping=0.3, piston_friction=150.0,
-        gas_scale=[0.9, 1.1], motor_scale=1.2,
-    )  # fmt: skip
-    drive = straight_drive(gas)
-    system = StartUpSystem(machine, drive, LoadSteps(np.zeros(1), np.array([0.7])), 1e-7)
-    rng = np.random.default_rng(8)
-    states = np.zeros((40, STATES))
-    states[:, :4] = rng.normal(size=(40, 4)) * [20.0, 60.0, 1e-3, 2.0]
-    intervals = system.first_intervals(states, 0.0)
-    moved = inertia(machine, states[:, ANGLE])
-    acting = system.torques(moved, states, intervals)
-    friction = acting.viscous + acting.dry
-    speed, shell = states[:, SPEED], states[:, SHELL_SPEED]
-    moving = accelerations(moved, speed, shell, acting.mounts, acting.motor + acting.gas + friction)
-    arrays = np.stack([
-        speed, moving.crank, shell, moving.shell, acting.motor * speed, acting.gas * speed,
-        friction * speed, -800.0 * shell**2,
-    ], axis=1)  # fmt: skip
-    floats = np.array([
-        system.rates(0.0, state, interval)
-        for state, interval in zip(states.tolist(), intervals.tolist(), strict=True)
-    ])  # fmt: skip
-    size = np.max(np.abs(arrays), axis=0)
-    np.testing.assert_allclose(floats / size, arrays / size, rtol=0.0, atol=1e-12)
-    without_works = system.rates(0.0, states[0, :4].tolist(), intervals[0].tolist())
-    assert without_works == floats[0, :4].tolist()
 
 
 def test_verdicts_in_words() -> None:

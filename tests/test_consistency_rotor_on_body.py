@@ -102,43 +102,6 @@ def test_roll_of_crank_rotor_and_body_in_time() -> None:
     assert second(machine(speed, driven_machine="cancels_torque")) == 0.0
 
 
-@pytest.mark.parametrize("offset", [0.0, 0.01])
-def test_share_is_that_of_the_mean_inertia(offset: float) -> None:
-    """Against the mean of m s'^2 + dJ phi'^2 over the turn, of two cylinders."""
-    table = machine(150.0)
-    train = table["machine"]["crank_train"]
-    del train["reciprocating_mass"]
-    train |= {
-        "piston_mass": MASS - 1.2 * 0.07 / LENGTH,
-        "wrist_pin_offset": offset,
-        "rod": {"mass": 1.2, "inertia": 0.02, "crank_pin_to_mass_centre": 0.07},
-        "cylinders": [
-            {"name": "1", "position": -0.1},
-            {"name": "2", "position": 0.1, "crank_phase": 1.0},
-        ],
-    }
-    angle = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
-    sine, cosine = RADIUS * np.sin(angle) - offset, RADIUS * np.cos(angle)
-    rod = np.sqrt(LENGTH**2 - sine**2)
-    rate = -RADIUS * np.sin(angle) - sine * cosine / rod
-    turning = cosine / rod
-    beyond = 0.02 - 1.2 * 0.07 * (LENGTH - 0.07)
-    moving = 2.0 * MASS * np.mean(rate**2) + 2.0 * beyond * np.mean(turning**2)
-    pins = 2.0 * 1.2 * (1.0 - 0.07 / LENGTH) * RADIUS**2
-    share = (ROTOR + pins) / (ROTOR + pins + moving)
-
-    def couple(case: dict[str, Any]) -> np.ndarray:
-        record = run_case(validate(case), wanted=frozenset(["excitation/couple"]))
-        return np.asarray(record["excitation/couple"].values[:, 0])
-
-    still = machine(150.0, driven_machine="cancels_torque") | {"machine": table["machine"]}
-    shaking, whole = couple(still), couple(table)
-    del table["machine"]["rotor"]
-    steady = couple(table)
-    ratio = (whole - shaking)[:6] / (steady - shaking)[:6]
-    assert np.allclose(ratio, share, rtol=1e-10)
-
-
 def test_rotor_nearby_a_shaft_line_is_refused() -> None:
     from engine_cases import replaced
     from engine_mounted import ON_BODY, loaded_of

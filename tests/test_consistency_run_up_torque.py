@@ -1,40 +1,21 @@
-"""A run-up under the torque of the cylinders against plain runs at single speeds inside it."""
+"""A run-up under the torques of a shaft line against plain runs at single speeds inside it.
+
+Gas and rotors without a line are in `test_consistency_random_machines.py`.
+"""
 
 import numpy as np
 import pytest
 from engine_cases import replaced
-from engine_mounted import COUNTER, ON_BODY, SEPARATE, mounted
+from engine_mounted import COUNTER, ON_BODY, mounted
 from long_but import long_but
 
 from vibecalc.core.run.run import run_case
 from vibecalc.schema import Case
 
 RUN_UP = ('model = "rigid_body"\n', 'model = "rigid_body"\nrun_up = { from = 40.0, to = 180.0 }\n')
-#: gas tables at three speeds, whose torque is linear in the speed between them
-CARDS = (
-    'gas_cycle = { kind = "spark", peak_pressure = "60 bar" }\n',
-    "gas_cards = ["
-    + ", ".join(
-        f"{{ speed = {speed}, gas_pressure = {{ crank_angle = ["
-        + ", ".join(f'"{angle} deg"' for angle in range(0, 721, 40))
-        + "], pressure = ["
-        + ", ".join(
-            f"{peak * np.exp(-np.square((angle if angle < 360 else angle - 720) / 70.0)):.6g}"
-            for angle in range(0, 721, 40)
-        )
-        + "] } }"
-        for speed, peak in ((35.0, 3e6), (95.0, 6.5e6), (200.0, 4e6))
-    )
-    + "]\n",
-)
-FEW = ('driven_machine = "separate"\n', 'driven_machine = "separate"\norders = 4\n')
-STILL = ('driven_machine = "separate"\n', "orders = 4\n")
-ROTOR = ("[machine.body]", '[machine.rotor]\ninertia = "0.3 kg*m^2"\n[machine.body]')
 CURVE = "isolation/support_force/run_up"
 PEAK = "isolation/support_force/steady_peak"
 TEXTS = {
-    "cards": replaced(SEPARATE, FEW, RUN_UP, CARDS),
-    "on the body, small rotor": replaced(SEPARATE, STILL, ROTOR, RUN_UP),
     "damped line on the body": replaced(ON_BODY, ("orders = 12", "orders = 4"), RUN_UP),
     "geared line, no momentum": replaced(COUNTER, RUN_UP),
 }
@@ -49,7 +30,7 @@ def at_speed(case: Case, speed: float) -> Case:
     )
 
 
-@pytest.mark.parametrize("name", long_but(TEXTS, "on the body, small rotor"))
+@pytest.mark.parametrize("name", long_but(TEXTS, "geared line, no momentum"))
 def test_plain_runs_at_speeds_of_the_run_up_agree(name: str) -> None:
     case = mounted(TEXTS[name])
     record = run_case(case)

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import opentorsion as ot
 import pytest
 from fuzzing import command
 from long_but import long_but
@@ -198,6 +197,8 @@ def assembled(file: dict[str, Any]) -> np.ndarray:
 
 def opened(file: dict[str, Any]) -> np.ndarray:
     """Natural frequencies by openTorsion."""
+    import opentorsion as ot
+
     square = np.sort(ot.Assembly.from_tors(file).undamped_modal_analysis()[0].real)
     return np.asarray(np.sqrt(square[square > 1e-9 * square[-1]]))
 
@@ -225,6 +226,8 @@ def test_an_assembly_of_shipped_cases_has_their_frequencies(name: str, tmp_path:
 
 def same_receptance(case: LoadedCase, file: dict[str, Any], name: str = "") -> None:
     """Angle over torque, of its own shaft and with all damping, at the first node of a file."""
+    import opentorsion as ot
+
     shaft, assembly = build_shaft_line(case.case), ot.Assembly.from_tors(file)
     first = shaft.station_names.index(name or file["components"][0]["elements"][0]["name"])
     place, line = shaft.freedom[first], shaft.line

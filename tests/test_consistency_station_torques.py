@@ -67,43 +67,6 @@ def pump() -> tuple[DenseLine, Record]:
     return DenseLine(resolve(case)), run_case(case)
 
 
-def acting(speed: float) -> list[Harmonic]:
-    """What excites the pump drive, on own shafts; the cycles of pump, motor and ripple."""
-    mean, turn = 620.0 * (speed / SPEED) ** 2, np.exp(1j * math.radians(70.0))
-    turning = RATIO * speed
-    return [
-        Harmonic(5.0 * turning, "pump", 0.05 * mean, "pump"),
-        Harmonic(10.0 * turning, "pump", 0.01 * mean * turn, "pump"),
-        Harmonic(turning, "wheel", 9.0, "pump"),
-        Harmonic(2.0 * turning, "wheel", 3.0, "pump"),
-        Harmonic(speed, "pinion", 4.0, "motor"),
-        Harmonic(12.0 * speed, "motor", 15.0, "motor"),
-        Harmonic(200.0 * math.pi, "motor", 6.0, "ripple"),
-    ]
-
-
-@pytest.mark.parametrize("place", [0, 122])
-def test_half_ranges_of_the_pump_drive_over_its_speeds(place: int) -> None:
-    line, record = pump()
-    quantity = record[f"{ROOT}/speeds/torque_half_range"]
-    speed = float(np.asarray(quantity.axes[1].values)[place])
-    found = np.asarray(quantity.values)[:, place]
-    assert found == pytest.approx(half_ranges(line, acting(speed)), rel=1e-9)
-
-
-def test_torques_by_order_of_the_pump_drive() -> None:
-    line, record = pump()
-    quantity = record[f"{ROOT}/torque"]
-    orders = np.asarray(quantity.axes[1].values)
-    rows = {
-        w: torque for rows in by_cycle(line, acting(SPEED)).values()
-        for w, torque in rows.items()
-    }  # fmt: skip
-    assert orders * SPEED == pytest.approx(sorted(rows), rel=1e-12)
-    for place, w in enumerate(sorted(rows)):
-        assert np.asarray(quantity.values)[:, place] == pytest.approx(rows[w], rel=1e-9)
-
-
 def test_what_cannot_follow_the_speed_has_no_critical_speed() -> None:
     _, record = pump()
     quantity = record[f"{ROOT}/critical/speed"]

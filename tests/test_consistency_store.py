@@ -1,4 +1,4 @@
-"""Claim: other programs read our files: h5py's dimension scales, xarray, netCDF rules, h5dump."""
+"""Claim: other programs read our files: h5py's dimension scales, netCDF rules, h5dump."""
 
 import shutil
 import subprocess
@@ -7,7 +7,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import xarray
 from h5py import h5ds
 from sample_results import DIRECTION, MOUNT, ORDER, SPEED, quantity, result_of
 
@@ -51,14 +50,6 @@ def test_dimension_scales_are_attached_and_named(written: Path) -> None:
         assert file["isolation/speed"].attrs["units"] == "rad/s"
         assert file["isolation/mount"].asstr()[()].tolist() == MOUNT.values.tolist()
         assert dataset.dtype == np.complex128
-
-
-def test_xarray_reads_one_stage(written: Path) -> None:
-    with xarray.open_dataset(written, engine="h5netcdf", group="isolation") as stage:
-        assert set(stage.data_vars) == {"run_up", "lever"}
-        chosen = stage["run_up"].sel(mount="höger", speed=513.0)
-        with h5py.File(written) as file:
-            assert float(chosen) == file["isolation/run_up"][1, -1]
 
 
 @pytest.mark.skipif(shutil.which("h5dump") is None, reason="h5dump is not installed")

@@ -143,64 +143,6 @@ def test_planned_where_it_has_something_to_say() -> None:
         assert f"{ROOT}couple" not in planned_quantities(case)
 
 
-COMPRESSOR = """schema = 1
-title = "two cylinders with forces of their own"
-[machine]
-kind = "compressor"
-speed = "1500 rpm"
-[machine.crank_train]
-crank_radius = "50 mm"
-rod_length = "170 mm"
-piston_mass = "1 kg"
-rod = { mass = "0.8 kg", crank_pin_to_mass_centre = "50 mm" }
-bore = "90 mm"
-gas_pressure = { crank_angle = [0.0, 1.0, 3.5, 6.283185307179586], pressure = [9e5, 2e5, 0.0, 9e5] }
-cylinders = [
-  { name = "1", position = "-80 mm" },
-  { name = "2", position = 0.08, crank_phase = "140 deg", bank_angle = "30 deg", gas_force = GAS },
-]
-[machine.body]
-mass = "120 kg"
-inertia = [3.1, 4.2, 3.7]
-[machine.mounts]
-positions = [[-0.3, -0.2, 0.0], [-0.3, 0.2, 0.0], [0.3, -0.2, 0.0], [0.3, 0.2, 0.0]]
-each = { stiffness = "60 N/mm", damping = 80.0 }
-[excitation]
-driven_machine = "separate"
-orders = 12
-[isolation]
-model = "rigid_body"
-""".replace(
-    "GAS", "{ crank_angle = [0.2, 2.0, 6.483185307179586], force = [4000.0, -500.0, 4000.0] }"
-)
-
-
-def test_gas_of_a_compressor_turns_its_body() -> None:
-    """Force times the velocity of each piston by differences of its place, in time, transformed."""
-    record = wanted_of(COMPRESSOR, "excitation/couple")
-    steps = 1 << 15
-    crank, torque = 2.0 * np.pi * np.arange(steps) / steps, np.zeros(steps)
-    area = 0.25 * np.pi * 0.09**2
-    curves = (
-        (0.0, [0.0, 1.0, 3.5, 2.0 * np.pi], area * np.array([9e5, 2e5, 0.0, 9e5])),
-        (np.radians(110.0), [0.2, 2.0, 0.2 + 2.0 * np.pi], [4000.0, -500.0, 4000.0]),
-    )
-    for ahead, angle, force in curves:
-        own, small = crank + ahead, 1e-6
-        place = [
-            0.05 * np.cos(a) + np.sqrt(0.17**2 - (0.05 * np.sin(a)) ** 2)
-            for a in (own - small, own + small)
-        ]
-        turned = np.mod(own - angle[0], 2.0 * np.pi) + angle[0]
-        # the side thrust turns the body with minus the torque that the force gives the crank
-        torque += np.interp(turned, angle, force) * (place[1] - place[0]) / (2.0 * small)
-    found = np.fft.rfft(torque) / steps
-    inertia = record["excitation/couple"].values[:, 0]
-    couple = record[f"{ROOT}couple"].values[:12] - inertia
-    assert np.allclose(couple, 2.0 * found[1:13], rtol=0.0, atol=1e-6 * np.abs(found).max())
-    assert record[f"{ROOT}mean_couple"].values == pytest.approx(found[0].real, rel=1e-6)
-
-
 def test_a_line_without_gears_and_damping_passes_all_torque_at_its_natural_frequency_too() -> None:
     line = chain(np.array([2.0, 3.0]), np.array([4800.0]))  # 0 and sqrt(4800 / 1.2) rad/s
     spin = Bounded(line.inertia, np.zeros(2))

@@ -10,11 +10,6 @@ from engine_cases import ENGINE, GEARED, replaced
 
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.study.execute import execute, load_checked
-from vibecalc.errors import NumericalFailure
-from vibecalc.torsion.adapters.damper_design import build_problem
-from vibecalc.torsion.adapters.setup import build_setup
-from vibecalc.torsion.damper_design.design import design as search
-from vibecalc.torsion.damper_design.design import performance
 
 TORSION = "response/torsion/"
 SPEEDS = 'speeds = { from = "800 rpm", to = "2000 rpm" }\n'
@@ -93,30 +88,6 @@ def test_run_up_has_the_steady_curve_nearby_it_and_lags() -> None:
     assert late[0] < late[1]
 
 
-@pytest.mark.long
-def test_unstable_operating_point_is_refused() -> None:
-    # without damping, the second order of the inertia near the sum of two natural frequencies
-    bare = replaced(
-        DAMPED,
-        *(('damping = "40 N*m*s/rad"', 'damping = "0 N*m*s/rad"'),) * 2,
-        ('damping = "80 N*m*s/rad"', 'damping = "0 N*m*s/rad"'),
-        ("60 bar", "0 bar"),
-        ("60 bar", "0 bar"),
-        ("orders = { highest = 6 }", "orders = { step = 1, highest = 4 }"),
-    )
-    bare = "\n".join(line for line in bare.splitlines() if not line.startswith("dampers")) + "\n"
-    natural = value(of("", bare).record, "modes/natural_frequency")[1:3]
-    near = [f"{share * float(natural.mean())!r} rad/s" for share in (0.995, 1.005)]
-    speeds = f'speeds = {{ from = "{near[0]}", to = "{near[1]}", points = 2 }}\n'
-    found = of("variable_inertia = { orders = 12 }\n", bare, speeds).record
-    low, high = (value(found, f"variable_inertia/unstable/{end}") for end in ("from", "to"))
-    assert low.size >= 1
-    middle = f'speed = "{0.5 * float(low[0] + high[0])!r} rad/s"'
-    inside = replaced(bare, ('speed = "1500 rpm"', middle))
-    with pytest.raises(NumericalFailure, match="no steady motion; small vibration grows"):
-        of("variable_inertia = { orders = 12 }\n", inside)
-
-
 @cache
 def design() -> Result:
     speeds = 'speeds = { from = "900 rpm", to = "1900 rpm", points = 201 }\n'
@@ -162,25 +133,6 @@ def geared_ring(inertia: float) -> str:
     for stiffness in ('"1e6 N*m/rad"', '"4e5 N*m/rad"', '"2e5 N*m/rad"', '"3e4 N*m/rad"'):
         geared = replaced(geared, (stiffness, f'{stiffness}, damping = "30 N*m*s/rad"'))
     return geared + speeds + '[damper_design]\non = "ring"\nfind = ["damping"]\n'
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("inertia", [0.04, 0.06])
-def test_crests_of_one_cycle_that_rise_together_hold_no_corner(inertia: float) -> None:
-    # both halves of a turn all but repeat each other: their crests differ by a twenty-thousandth
-    # at every damping, so that no tuning makes them equal
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "engine.toml"
-        path.write_text(geared_ring(inertia), encoding="utf-8")
-        case = load_checked([path])[0].case
-    assert case.damper_design is not None
-    asked = build_problem(build_setup(case), case.damper_design)
-    found = search(asked.problem, asked.limits)
-    assert found.curvature.value > 0.0 and np.all(found.weight.value > 0.0)
-    assert found.residual < 1e-9
-    for factor in (0.5, 0.98, 1.02, 2.0):
-        nearby = found.values._replace(damping=factor * found.values.damping)
-        assert performance(asked.problem, nearby).reading.value[0] > found.worst.value
 
 
 @pytest.mark.long

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-import pint
 import pytest
 
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
@@ -19,13 +18,20 @@ from vibecalc.schema import Case
 from vibecalc.units import DIMENSIONS, TABLE, convert, parse_quantity
 
 EPS = sys.float_info.epsilon
-REGISTRY: pint.UnitRegistry = pint.UnitRegistry()
+
+
+@cache
+def registry() -> Any:
+    """Of pint, which takes a while to be loaded."""
+    import pint
+
+    return pint.UnitRegistry()
 
 
 def pint_factor(unit: str, si: str) -> float:
     """Factor between two units by pint alone."""
     asked = {"": "dimensionless", "Hz": "turn/s", "%": "percent"}
-    return float(REGISTRY.Quantity(1.0, asked.get(unit, unit)).to(asked.get(si, si)).magnitude)
+    return float(registry().Quantity(1.0, asked.get(unit, unit)).to(asked.get(si, si)).magnitude)
 
 
 @pytest.mark.parametrize("unit", sorted(TABLE))

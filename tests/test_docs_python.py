@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray
 from fuzzing import command
 from page_run import run_page
 from scipy.io import loadmat
@@ -50,6 +49,8 @@ def test_every_exit_code_is_in_the_table() -> None:
 def exported(result: vibecalc.Result, folder: Path) -> None:
     """All numbers of a result, read back from the files of `export` by other libraries."""
     matlab = loadmat(folder / "generator.mat", simplify_cells=True)
+    import xarray
+
     with xarray.open_datatree(folder / "generator.nc", engine="h5netcdf") as tree:
         for path, quantity in result.items():
             groups, place = path.split("/"), matlab

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics import cycle_peak as module
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 
 
@@ -115,3 +116,18 @@ def test_what_is_not_finite_is_refused_in_words(bad):
     values[1, 2, 3] = bad
     with pytest.raises(NumericalFailure, match=r"harmonic \(1, 2, 3\) of \(2, 3, 4\) is .*finite"):
         vector_cycle_peak(values, [1, 2, 3, 4])
+
+
+@pytest.mark.parametrize("orders", [np.arange(61), np.array([80, 3, 3, 40, 0])])
+def test_a_table_of_waves_and_a_transform_give_the_same_peaks(orders, monkeypatch):
+    """Up to a number of orders the signal is sampled by the one, beyond by the other."""
+    generator = np.random.default_rng(4)
+    parts = generator.normal(size=(2, 20, 3, len(orders)))
+    found = []
+    for table in (0, 1 << 30):
+        monkeypatch.setattr(module, "TABLE", table)
+        found.append(vector_cycle_peak(parts[0] + 1j * parts[1], orders))
+    first, second = found
+    assert np.all(np.abs(first.value - second.value) <= first.error)
+    # next to a smooth maximum the angle is known to the root of the rounding only
+    assert np.max(np.abs(first.angle - second.angle)) < 1e-8

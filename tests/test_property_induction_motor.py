@@ -3,14 +3,12 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from induction_motors import TWO_CAGES, random_motor
-from scipy.integrate import solve_ivp
+from induction_motors import random_motor
 
 from vibecalc.excitation.induction_motor import steady_torque, torque_curve
 from vibecalc.excitation.induction_motor_flux import (
     flux_rates,
     flux_system,
-    flux_torque,
     power_flow,
 )
 
@@ -56,23 +54,3 @@ def test_curve_has_no_higher_point_than_its_breakdown(seed, cages):
     top = curve.breakdown_torque.value
     assert np.all(torque <= top * (1.0 + 1e-12))
     assert torque.max() > 0.9999 * top
-
-
-def test_energy_over_a_run_with_a_speed_that_varies():
-    motor = TWO_CAGES
-    system = flux_system(motor)
-    top = float(motor.synchronous_speed)
-
-    def rates(t, state):
-        speed = top * (0.7 + 0.3 * np.sin(40.0 * t))
-        flow = power_flow(motor, state[:6], speed)
-        found = flux_rates(system, state[:6], speed).rates
-        work = flux_torque(system, state[:6]).value * speed
-        return np.concatenate(
-            [found, [flow.electrical, flow.stator_copper, flow.rotor_copper, work]]
-        )
-
-    run = solve_ivp(rates, (0.0, 0.08), np.zeros(10), "DOP853", rtol=1e-10, atol=1e-9)
-    taken, *spent = run.y[6:, -1]
-    stored = power_flow(motor, run.y[:6, -1], 0.0).magnetic_energy
-    assert abs(taken - sum(spent) - stored) < 1e-7 * taken

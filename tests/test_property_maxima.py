@@ -65,25 +65,6 @@ def test_resonances_are_found_as_in_forty_digits(
             assert abs(true / at - 1) < 1e-15
 
 
-def test_curves_of_a_batch_do_not_feel_each_other() -> None:
-    draw = np.random.default_rng(2)
-    places = np.sort(draw.uniform(1.0, 10.0, (50, 3)), axis=1)
-    dampings = 10.0 ** draw.uniform(-6, -1.5, (50, 3))
-
-    def each(row: IntArray, x: FloatArray) -> Jet:
-        parts = [curve(places[r], dampings[r], x[i : i + 1]) for i, r in enumerate(row.tolist())]
-        return Jet(*(np.concatenate([np.zeros(0), *column]) for column in zip(*parts, strict=True)))
-
-    seeds = np.stack([seeds_of(p, z) for p, z in zip(places, dampings, strict=True)])
-    batch = by_slopes(each, seeds)
-    for r in range(0, 50, 7):
-        alone = by_slopes(lambda _, x, r=r: curve(places[r], dampings[r], x), seeds[r : r + 1])  # type: ignore[misc]
-        mine = batch.some(batch.row == r)
-        assert np.array_equal(alone.place.value, mine.place.value)
-        assert np.array_equal(alone.height.value, mine.height.value)
-        assert np.all(np.diff(mine.place.value) > 0.0)
-
-
 def test_a_kink_upwards_a_flat_top_and_ends() -> None:
     def kink(_: IntArray, x: FloatArray) -> Jet:
         value = 2.0 - np.abs(x - np.pi) - 0.1 * (x - np.pi) ** 2
@@ -149,27 +130,6 @@ def test_a_resonance_by_values_is_where_it_is(damping: float, share: float) -> N
     assert abs(found.height.value[0] - top) <= found.height.error[0] + 1e-14 * top
 
 
-def test_by_values_of_several_curves_the_highest_of_each() -> None:
-    place = np.array([[1.0, 2.0, 3.0], [1.1, 2.2, 3.3]])
-    height = np.array([[1.0, 1.02, 0.2], [3.0, 3.0, 1.0]])
-
-    def values_at(row: IntArray, x: FloatArray) -> FloatArray:
-        away = (x[..., None] - place[row][:, None]) / 0.05
-        return np.asarray(np.max(height[row][:, None] / (1.0 + away**2), axis=-1))
-
-    row = np.repeat([0, 1], 3)
-    found = by_values(
-        values_at, row, place.ravel() - 0.2, place.ravel() + 0.03, place.ravel() + 0.3
-    )
-    # of two of one height the first
-    assert found.row.tolist() == [0, 1]
-    assert np.all(np.abs(found.place.value - [2.0, 1.1]) <= found.place.error)
-    assert found.height.value == pytest.approx([1.02, 3.0], rel=1e-14)
-    none = by_values(values_at, row, place.ravel() - 0.2, place.ravel() + 0.03,
-                     place.ravel() + 0.3, floor=np.array([2.0, 1.0]))  # fmt: skip
-    assert none.row.tolist() == [1]
-
-
 @pytest.mark.parametrize("centre", [0.0, 1.0])
 def test_by_values_ends_at_a_corner_and_where_a_curve_is_flat(centre: float) -> None:
     ends = np.array([centre - 0.3]), np.array([centre + 0.01]), np.array([centre + 0.5])
@@ -186,8 +146,3 @@ def test_by_values_ends_at_a_corner_and_where_a_curve_is_flat(centre: float) -> 
     found = by_values(flat, np.array([0]), *ends)
     assert found.height.value[0] == pytest.approx(2.0, abs=1e-14)
     assert abs(found.place.value[0] - centre) < 0.02
-
-
-# ----------------------------------------------------------------------------
-# Places of maxima of curves that are uncertain themselves.
-# ----------------------------------------------------------------------------

@@ -6,11 +6,9 @@ rounding; the closed form of three phasors.
 
 from functools import cache
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
-from plate_cases import entry, run
 from plate_readings import random_plate
 
 from vibecalc.measurement.choosing import choose, extremes, reach
@@ -147,40 +145,3 @@ def test_away_from_the_fold_the_bound_is_that_of_the_worst_readings():
         bound = bounds.bound(one, POINTS)
         assert np.all(largest <= bound + 1e-9)
         assert np.all(largest > 0.6 * bound)
-
-
-FOLDED = """schema = 1
-title = "five levels, signals in line"
-[machine]
-kind = "plate"
-[measurement]
-amplitude = "zero_to_peak"
-reference_level = "1e-5 m/s^2"
-orders = [1]
-positions = [
-  { name = "a", x = 0.6, y = -0.3 }, { name = "b", x = 0.6, y = 0.3 },
-  { name = "c", x = -0.6, y = -0.3 }, { name = "d", x = -0.6, y = 0.3 },
-  { name = "e", x = 0.05, y = 0.25 }, { name = "f", x = 0.1, y = -0.2 },
-]
-readings = [
-  { at = "a", level = [97.9] }, { at = "b", level = [105.6] }, { at = "c", level = [109.7] },
-  { at = "d", level = [106.2] }, { at = "e", level = [92.3] },
-]
-"""
-
-
-@pytest.mark.long
-def test_a_run_at_the_fold_is_not_decided_and_says_so(tmp_path: Path) -> None:
-    """The level at f was 96.64 dB on the plate that gave these readings."""
-    record = run(tmp_path, FOLDED)
-    level = entry(record, "measurement/level/standard", position="f", order=1)
-    bound = entry(record, "measurement/uncertainty/level_bound", position="f", order=1)
-    sure = entry(record, "measurement/uncertainty/level", position="f", order=1)
-    assert abs(96.64 - level) <= bound < 1.0  # type: ignore[operator]
-    assert sure == pytest.approx(bound / 3.0**0.5, rel=1e-9)
-    assert record["measurement/fit/decided"].values.tolist() == [0]
-    assert np.isinf(record["measurement/uncertainty/roll_phase"].values[0])
-    assert any("one family" in words for words in record.warnings)
-    assert len(record["measurement/further/order"].values) == 0
-    own = record["measurement/candidate/level_bound"].values[0]
-    np.testing.assert_array_equal(own, record["measurement/uncertainty/level_bound"].values[:, 0])

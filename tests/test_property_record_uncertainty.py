@@ -105,17 +105,6 @@ def test_errors_are_as_large_as_is_said(kind: str) -> None:
     assert [LEAST <= size(one) <= MOST for one in ensemble(kind, 12)] == [True, True]
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("kind", KINDS)
-def test_errors_of_two_hundred_records_are_as_large_as_is_said(kind: str) -> None:
-    for one in ensemble(kind, 200):
-        assert LEAST <= size(one) <= MOST
-        each = np.sqrt(np.mean(np.square(one), axis=0))
-        assert each.min() >= 0.7 and each.max() <= 1.5
-        # no order is off to one side
-        assert np.max(np.abs(np.mean(one, axis=0))) <= 0.5
-
-
 def test_a_wrong_speed_is_corrected_by_what_it_is_off() -> None:
     found, given = tracked(np.random.default_rng(3), 24.2, speed=(24.3, 24.3))
     assert found.blocks.speeds == pytest.approx(TURN * 24.3, rel=1e-5)

@@ -43,18 +43,6 @@ def test_through_the_nodes_on_both_sides(drawn) -> None:
     assert curve.largest == slip[-1]
 
 
-def test_odd(drawn) -> None:
-    slip, torque, curve, _ = drawn
-    points = np.linspace(0.0, slip[-1], 1001)
-    found, mirrored = slip_torque(curve, points), slip_torque(curve, -points)
-    np.testing.assert_allclose(mirrored.value, -found.value, rtol=0, atol=1e-13 * np.max(torque))
-    inside = ~np.isin(points, slip)
-    size = np.max(np.abs(found.slope))
-    np.testing.assert_allclose(
-        mirrored.slope[inside], found.slope[inside], rtol=0, atol=1e-12 * size
-    )
-
-
 def test_continuous_at_every_threshold(drawn) -> None:
     _, torque, curve, kind = drawn
     above = interval_of(curve, curve.threshold)
@@ -107,16 +95,6 @@ def test_breakdown_is_the_peak(kind: str) -> None:
         assert peak == pytest.approx(np.max(every), rel=1e-6)
         if kind != "parabola":
             assert (at, peak) == (pytest.approx(slip[np.argmax(torque)]), torque.max())
-
-
-def test_the_parabola_of_the_source_table_overshoots() -> None:
-    """Its peak lies between two nodes and above both: a reason not to use it for a motor."""
-    at, peak = breakdown(slip_curve(SLIP, TORQUE, "parabola"))
-    assert 108.0 < at < 180.0
-    assert peak > 1009.0
-    bend = np.polyfit([70.0, 108.0, 180.0], [949.0, 1009.0, 949.0], 2)
-    assert at == pytest.approx(-bend[1] / (2.0 * bend[0]), rel=1e-9)
-    assert peak == pytest.approx(np.polyval(bend, at), rel=1e-9)
 
 
 def test_linear_motor_has_no_peak() -> None:

@@ -7,9 +7,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import xarray
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from sweep_blocks import (
     FORCE,
     KEPT,
@@ -31,7 +28,7 @@ from vibecalc.core.results.sweep_file import (
     is_sweep,
     open_sweep,
 )
-from vibecalc.core.study.sweep.assemble import assemble, merge
+from vibecalc.core.study.sweep.assemble import assemble
 
 
 def written(folder: Path, sweep: Made, name: str = "sweep.h5") -> Path:
@@ -83,6 +80,8 @@ def test_causes_are_reported_once_with_the_points_they_hit(tmp_path: Path) -> No
 
 
 def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:
+    import xarray
+
     path = written(tmp_path, made(tmp_path))
     result = read_result(path)
     assert list(result.record) == list(KEPT)
@@ -146,28 +145,6 @@ def test_equal_input_gives_equal_bytes(tmp_path: Path) -> None:
     assert one == two
     finer = written(tmp_path, made(tmp_path, size=2), "c.h5")
     assert objects(finer) == objects(tmp_path / "a.h5")
-
-
-@pytest.mark.long
-@given(cuts=st.lists(st.integers(0, 2), min_size=8, max_size=8), share=st.booleans())
-@settings(max_examples=8, deadline=None)
-def test_merged_shards_are_the_whole(
-    cuts: list[int], share: bool, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    """In any distribution of chunks, in any order, and if two parts have the same points."""
-    folder = tmp_path_factory.mktemp("merge")
-    sweep = made(folder, size=3)
-    whole = written(folder, sweep)
-    parts = []
-    for part in range(3):
-        numbers = [number for number, owner in enumerate(cuts) if owner == part]
-        numbers += [7] if share else []
-        path = folder / f"part{part}.h5"
-        parts.append(assemble(path, sweep.head, sweep.journal, numbers).path)
-    parts = parts[::-1] if cuts[0] else parts
-    done = merge(parts, folder / "merged.h5", {"command": "vibecalc merge"})
-    assert done.missing == () and objects(done.path) == objects(whole)
-    assert done.counts == assemble(whole, sweep.head, sweep.journal).counts
 
 
 _PROGRAM = """

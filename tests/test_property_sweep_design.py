@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import kstest, qmc
 from sweep_samples import (
     ALL_KINDS,
     DAMPING,
@@ -58,6 +57,8 @@ def test_a_point_hangs_on_its_number_alone(sampling, data):
 
 
 def test_blocks_of_a_long_sampling_go_on_where_the_one_before_ends():
+    from scipy.stats import kstest, qmc
+
     for sampling in ("sobol", "monte_carlo"):
         shares = drawn(sampling, np.arange((1 << 16) - 512, (1 << 16) + 512), 2, 1 << 17, 3)
         assert len({tuple(point) for point in shares.tolist()}) == 1024

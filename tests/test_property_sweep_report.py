@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shipped_cases import result_of as result_at
-from sweep_blocks import FORCE, KEPT, SAG, SPREAD, expected, made, outcome
+from sweep_blocks import made
 from sweep_samples import axis, design_of, generator, spread
 from sweep_views import (
     BOTH,
@@ -44,7 +44,7 @@ from vibecalc.core.report.sweep.statistics import (
     first_of,
     worst,
 )
-from vibecalc.core.report.sweep.text import render_sweep, report_file
+from vibecalc.core.report.sweep.text import render_sweep
 from vibecalc.core.report.sweep.view import SweepView, causes, failure_lines, view_of
 from vibecalc.core.report.writing import show, text_of
 from vibecalc.core.results.layout import DONE, FAILED, NOT_RUN, REFUSED
@@ -225,35 +225,6 @@ def test_points_that_were_not_run_are_no_failures() -> None:
     sweep = one_axis([1.0, 2.0, 3.0], failed={1: (NOT_RUN, "")})
     assert not causes(sweep)
     assert "2 of 3 points are computed; 1 was not run" in render_sweep(sweep)
-
-
-def test_a_file_is_read_as_it_was_written(tmp_path: Path) -> None:
-    sweep = made(tmp_path)
-    sweep.fill()
-    target = tmp_path / "mounts.sweep.h5"
-    assemble(target, sweep.head, sweep.journal)
-    with open_sweep(target) as opened:
-        found = view_of(opened)
-        assert set(found.quantities) == set(KEPT)
-        assert found.shape == sweep.design.shape
-        points = np.arange(found.count)
-        np.testing.assert_allclose(found.values_of(points), sweep.design.value_of(points))
-        assert [outcome(point)[0] for point in points] == found.status.tolist()
-        for path in (SAG, SPREAD):
-            wanted = [expected(path, point, ()) for point in points]
-            np.testing.assert_array_equal(found.read(path).values, np.array(wanted))
-        largest = [np.max(np.abs(expected(FORCE, 5, (3, 3))))]
-        assert worst(found, FORCE).values[5] == pytest.approx(largest[0])
-        spread = worst(found, SPREAD).spread
-        assert spread is not None and spread[4] == pytest.approx(4e-3)
-        assert found.reasons[3] == outcome(3)[1]
-        assert found.words_of(0).startswith("stiffness = 5 N/mm, damping = 1 N*s/m, speed = 1000")
-        text = render_sweep(found)
-    assert text == report_file(target)
-    assert "error in the program: a line with" in text
-    failed = sum(outcome(int(point))[0] != DONE for point in points)
-    assert f"{found.count - failed} of {found.count} points are computed; {failed} failed" in text
-    assert max(len(line) for line in text.splitlines()) <= 100
 
 
 def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:

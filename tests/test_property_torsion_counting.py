@@ -68,7 +68,18 @@ def test_equal_cycles(rule: str, share: float, expected: float) -> None:
     damage, error = miner_sum(found, strength)
     assert damage == pytest.approx(count * expected / 1e6, rel=1e-12)
     assert error <= 1e-12 * max(damage, 1.0)
-    assert equivalent_number(found, 5.0)[0] == pytest.approx(count, rel=1e-12)
+    equal, _ = equivalent_number(found, strength)
+    assert equal == pytest.approx(count if expected else 0.0, rel=1e-12)
+
+
+def test_equivalent_cycles_take_the_line_on_both_sides_of_its_knee() -> None:
+    signs = (-1.0) ** np.arange(2 * 7 + 1), (-1.0) ** np.arange(2 * 900 + 1)
+    found = of(np.concatenate([80.0 * signs[0], 20.0 * signs[1]]))
+    number, error = equivalent_number(found, Strength(40.0, 1e6, 5.0, slope_below(5.0, "haibach")))
+    share = found.range / 80.0
+    damage = found.number * np.where(share >= 1.0, share**5, share**9)
+    assert number == pytest.approx(damage.sum() / 2.0**5, rel=1e-12) and number > 7.0
+    assert error < 1e-9
 
 
 def test_doubt_of_the_reversals_is_one_of_the_damage() -> None:

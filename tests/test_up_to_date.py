@@ -11,7 +11,6 @@ from pathlib import Path
 
 import h5py
 import pytest
-import xarray
 from fuzzing import command
 from shipped_cases import CASES
 
@@ -257,8 +256,8 @@ def test_to_ask_needs_no_library() -> None:
 
 def test_readers_of_hdf5_do_not_see_the_lines() -> None:
     assert RESULT.read_bytes().startswith(file_image(vibecalc.read(RESULT)))
-    with xarray.open_dataset(RESULT, group="excitation") as stage:
-        assert "force" in stage
+    with h5py.File(RESULT) as file:
+        assert "force" in file["excitation"]
     assert command("diff", str(RESULT), str(RESULT)).code == 0
 
 

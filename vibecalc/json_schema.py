@@ -288,11 +288,9 @@ def _number(unit: str, number: Schema, forms: Schema) -> Schema:
         of_unit = "_".join(filter(None, ("unit", name, sign)))
         parts = [_form(of_unit, {"pattern": shifted_pattern(unit, sign), **said}, forms)]
     else:
-        of_sign = {"pattern": number_pattern(sign), **_SIGNS[sign]}
-        of_unit = {"pattern": unit_pattern(unit), **said}
         parts = [
-            _form(sign or "any", of_sign, forms),
-            _form(f"unit_{name or 'none'}", of_unit, forms),
+            _form(sign or "any", {"pattern": number_pattern(sign), **_SIGNS[sign]}, forms),
+            _form(f"unit_{name or 'none'}", {"pattern": unit_pattern(unit), **said}, forms),
         ]
         bounds = {
             key: bound for key, bound in bounds.items() if {key: bound} not in _SIGNS.values()

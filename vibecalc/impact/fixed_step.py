@@ -72,7 +72,7 @@ def simulate_fixed_steps(
         for k in range(steps):
             with np.errstate(over="ignore", invalid="ignore"):
                 force[..., k], gap[..., k] = contact_force(train, *state), state[0]
-                state = np.array(explicit_step(tableau, partial(rates, k), state, step))
+                state = np.array(explicit_step(tableau, partial(rates, k), tuple(state), step))
             before, side = side, side_of(train.gaps, state[0])
             forces.contacts[..., turn] += (side != FREE) & (side != before)
             forces.contact_time[..., turn] += step * (side != FREE)

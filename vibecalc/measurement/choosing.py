@@ -107,7 +107,7 @@ def _centres(
             table = np.zeros((len(place), 9, place.shape[1]))
             table[..., :6] = bent.reshape(-1, 6, 9).swapaxes(1, 2)
             # of the curvature, whose own numbers would be twice as far apart, the root
-            root = np.linalg.qr(np.concatenate([pull, table], axis=1), mode="r")
+            root = np.asarray(np.linalg.qr(np.concatenate([pull, table], axis=1), mode="r"))
             across = np.linalg.solve(root.swapaxes(1, 2), -gradient[..., None])
             length = np.linalg.norm(across, axis=(1, 2))
             there = length <= _NEXT

@@ -214,10 +214,9 @@ def _stated(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
                 # a phase of nothing says nothing: what is not there is not there in any direction
                 across = (size * turn[0], size * turn[1]) if size > 0.0 else (half, deviation)
             if len(one.positions) == 2 and table.has_mismatch:
-                more = mismatch(
-                    size, *(at_ends[order, at] for at in one.positions),
-                    table.sensitivity_mismatch, table.phase_mismatch,
-                )  # fmt: skip
+                first, second = (at_ends[order, at] for at in one.positions)
+                off = table.sensitivity_mismatch, table.phase_mismatch
+                more = mismatch(size, first, second, *off)
                 along = more.along * (DECIBEL / size if phase is None else 1.0)
                 half, deviation = _with((half, deviation), along)
                 across = across if phase is None else _with(across, more.across)

@@ -116,7 +116,9 @@ def loss_stiffness(line: Line, frequency: FloatArray) -> FloatArray:
     return np.asarray(loss + frequency[..., None] * line.damping)
 
 
-def hand_over(load: Values, line: Line, torque: Values) -> None:
+def hand_over(
+    load: FloatArray | ComplexArray, line: Line, torque: FloatArray | ComplexArray
+) -> None:
     """Take torques (e, ...) of the elements off what acts on their first freedoms, in place, and
     add them to what acts on the second ones; `load` is (n, ...).
 

@@ -450,8 +450,8 @@ def excitation_problems(
             path=LINE,
             message="nothing excites this line: it has no cylinders and no excitations",
             allowed="excitations = [{ on = 'pump', blades = 5, shares = [0.05] }], for example",
-            hint="for natural and critical speeds alone, torques = ['0 N*m'] with the orders that "
-            "count",
+            hint="for natural and critical speeds or a transient alone, torques = ['0 N*m'] with "
+            "the orders that count",
         )
     if not line.excitations:
         return

@@ -42,6 +42,7 @@ from vibecalc.torsion.speed_damping import (
     load_law,
     referred,
     station_laws,
+    turning,
 )
 
 if TYPE_CHECKING:
@@ -280,12 +281,7 @@ class ShaftLineModel:
 
     def at(self, speed: float | Array) -> Line:
         """The line at crank speeds (...) in rad/s; what follows them gets their leading axes."""
-        line = self.line if self.over_speed is None else self.over_speed.on(self.line, speed)
-        if not np.any(self.speed_stiffness):
-            return line
-        square = np.asarray(speed, dtype=float)[..., None] ** 2
-        stiffness = self.line.stiffness + square * self.speed_stiffness
-        return line._replace(stiffness=stiffness)
+        return turning(self.line, self.over_speed, self.speed_stiffness, speed)
 
     def taken(self, speed: float | Array) -> Array:
         """What each of `loads` takes (..., k) at crank speeds (...), referred, in N m."""

@@ -202,6 +202,20 @@ class SpeedDamping(NamedTuple):
         )
 
 
+def turning(
+    line: Line,
+    damping: SpeedDamping | None,
+    speed_stiffness: FloatArray,
+    speed: FloatArray | float,
+) -> Line:
+    """The line at crank speeds (...) in rad/s, with `speed_stiffness` (e,) times their squares."""
+    line = line if damping is None else damping.on(line, speed)
+    if not np.any(speed_stiffness):
+        return line
+    square = np.square(np.asarray(speed, dtype=float))[..., None]
+    return line._replace(stiffness=line.stiffness + square * speed_stiffness)
+
+
 def referred(
     station: Sequence[Sequence[SpeedLaw]],
     freedom: Sequence[int],

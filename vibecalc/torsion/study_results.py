@@ -168,10 +168,10 @@ TRANSIENTS = (
         _study("counted/largest_stress_range", "section", "Pa", "of any cycle, shear"),
         _study("counted/equivalent_number", "section", "",
                "of cycles of the largest range with the same damage"),
-        _study("counted/damage", "section", "", "sum of n / N of one change (Miner)"),
+        _study("counted/damage", "section", "", "sum of n / N of one transient (Miner)"),
         _study("counted/damage_of_all", "section", "",
-               "of all speed changes of the case; 1: end of life",
-               headline=Headline("Miner damage sum of all speed changes", "")),
+               "of all transients of the case; 1: end of life",
+               headline=Headline("Miner damage sum of all transients", "")),
     ),
 )  # fmt: skip
 

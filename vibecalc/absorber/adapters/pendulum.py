@@ -145,3 +145,9 @@ def _emit_jump(scene: Scene, parts: PendulumParts) -> None:
         f"{PENDULUM_ROOT}/jump/torque", found.torque.value * square, found.torque.error * square
     )
     scene.emit(f"{PENDULUM_ROOT}/jump/swing", found.swing.value, found.swing.error)
+    limit = float(found.torque.value) * square
+    if parts.torque is not None and parts.torque > limit:
+        scene.warn(
+            f"the torque of {parts.torque:.4g} N*m is above the jump at {limit:.4g} N*m: the "
+            "steady motion of small swings does not exist"
+        )

@@ -343,10 +343,10 @@ def peak(
         plot.axes.plot([here], [height], "o", color=LIMIT if over else colour, zorder=5)
         ends = plot.drawn[0][0][[0, -1]]
         if "x" in plot.panel.log:
-            ends, place = np.log(np.maximum(ends, _SLOW * ends[1])), np.log(here)
+            ends, spot = np.log(np.maximum(ends, _SLOW * ends[1])), np.log(here)
         else:
-            place = here
-        left = place - ends[0] > _RIGHT * (ends[1] - ends[0])
+            spot = here
+        left = spot - ends[0] > _RIGHT * (ends[1] - ends[0])
         unit = across(plot.axis)[1].rpartition(" in ")[2]
         words = f"{show(height, digits=4)} {plot.unit} at {show(here, digits=4)} {unit}"
         note(plot.axes, words, (here, height), (-8 if left else 8, -3 if below else 3), zorder=6,

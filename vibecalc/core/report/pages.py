@@ -232,8 +232,16 @@ def _broken(row: Verdict) -> str:
             return f": {use} of what is allowed"
         borne, allowed = (show(one, digits=4) for one in (row.computed, row.max))
         return f": {borne} {row.unit}, allowed {allowed}, {use}"
-    by = f" by {show(-row.margin)} {row.unit}".rstrip() * (row.margin < 0.0)
-    return f" violates its limit{by}"
+    side = "max" if row.max is not None and row.computed > row.max else "min"
+    limit = getattr(row, side)
+    if limit is None or not math.isfinite(row.computed):
+        return " violates its limit"
+    share = not row.unit and read_as(row.quantity, row.unit)[1] == "%"
+    computed, limit = (
+        show((100.0 if share else 1.0) * one, digits=4) for one in (row.computed, limit)
+    )
+    unit = f" {'%' if share else row.unit}".rstrip()
+    return f": {computed}{unit}, {side} {limit}"
 
 
 def _spoken(row: Verdict) -> str:

@@ -116,7 +116,7 @@ _SPEED = re.compile(r"\b\w*speed=(\S+) rad/s")
 def place_of(row: Verdict) -> str:
     """The worst entry in words, a speed in rpm."""
     words = _SPEED.sub(lambda found: f"at {show(rpm(float(found[1])))} rpm", row.label)
-    return words.replace("=", " ").replace("_", " ")
+    return re.sub(r"(\w+)=", lambda axis: axis[1].replace("_", " ") + " ", words)
 
 
 def bounds_of(row: Verdict, factor: float = 1.0) -> list[str]:

@@ -47,7 +47,7 @@ from vibecalc.torsion.forced import (
 from vibecalc.torsion.line import Line, mapped
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
-from vibecalc.torsion.speed_damping import SpeedDamping
+from vibecalc.torsion.speed_damping import SpeedDamping, turning
 from vibecalc.torsion.station_torques import (
     Harmonic,
     Orders,
@@ -364,10 +364,7 @@ class Model(NamedTuple):
 
         It vibrates at a `frequency` (...) in rad/s, which couplings may depend on.
         """
-        line = self.line if self.over_speed is None else self.over_speed.on(self.line, speed)
-        if np.any(self.speed_stiffness):
-            square = np.square(np.asarray(speed, dtype=float))[..., None]
-            line = line._replace(stiffness=line.stiffness + square * self.speed_stiffness)
+        line = turning(self.line, self.over_speed, self.speed_stiffness, speed)
         if self.couplings is not None:
             line = self.couplings.on(line, speed, frequency)
         return line

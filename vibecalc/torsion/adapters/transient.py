@@ -499,8 +499,12 @@ def emit_counting(scene: Scene, setup: Setup, options: CycleCounting, seen: list
         ("mean", max(one.mean_error for one in tables)),
     ):
         emit(name, chosen, [getattr(one, name) for one in tables], slack, range_bin=bins)
-    slopes = [lines[one].slope if one in lines else options.slope for one in chosen]
-    equal = [equivalent_number(cycles[one], k) for one, k in zip(chosen, slopes, strict=True)]
+    strength = {
+        one: _strength(lines[one], float(shaft.section_modulus[one])) if one in lines
+        else Strength(1.0, 1.0, options.slope, options.slope)
+        for one in chosen
+    }  # fmt: skip
+    equal = [equivalent_number(cycles[one], strength[one]) for one in chosen]
     number, error = np.array(equal).T
     emit("equivalent_number", chosen, number, error.max())
     largest = {one: float(cycles[one].range.max(initial=0.0)) for one in chosen}
@@ -512,10 +516,7 @@ def emit_counting(scene: Scene, setup: Setup, options: CycleCounting, seen: list
         emit("largest_stress_range", stressed, values / modulus, errors / modulus)
     lasting = [one for one in chosen if one in lines]
     if lasting:
-        sums = np.array([
-            miner_sum(cycles[one], _strength(lines[one], float(shaft.section_modulus[one])))
-            for one in lasting
-        ])  # fmt: skip
+        sums = np.array([miner_sum(cycles[one], strength[one]) for one in lasting])
         emit("damage", lasting, sums[:, 0], sums[:, 1].max())
         whole = options.changes * sums
         emit("damage_of_all", lasting, whole[:, 0], whole[:, 1].max())

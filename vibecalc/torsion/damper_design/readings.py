@@ -388,7 +388,8 @@ def _parts(system: System, responses: NominalTable, count: int) -> list[slice]:
 
 def _heats(responses: NominalTable, damping: FloatArray, relative: ComplexArray) -> FloatArray:
     """In the dashpots (b, s), W."""
-    return 0.5 * damping[:, None] * np.sum(np.abs(responses.frequency * relative) ** 2, axis=-1)
+    square = np.sum(np.abs(responses.frequency * relative) ** 2, axis=-1)
+    return np.asarray(0.5 * damping[:, None] * square)
 
 
 #: of the sum of orders, what a parabola through samples may have at most

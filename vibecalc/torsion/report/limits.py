@@ -536,9 +536,6 @@ def _row(use: _Use, speed: float) -> Verdict:
     words, allowed, load, unit = load_of(use, speed)
     if not load or not allowed or not 0.0 < allowed < np.inf:
         allowed, load, unit = 1.0, share, ""
-    margin = allowed - load
-    if (margin > 0.0) != (share < 1.0):  # a torque that counts by its frequency
-        margin = allowed * (1.0 - share)
     if state == BROKEN and use.kind == CONTINUOUS and "limit" in use.where:
         state, decided_by = _where_barred(use)
     return Verdict(
@@ -550,7 +547,7 @@ def _row(use: _Use, speed: float) -> Verdict:
         computed=load,
         label=", ".join(f"{axis}={one}" for axis, one in use.where.items()),
         error_estimate=Estimate(quantity.error_estimate * allowed, 0.0),
-        margin=margin,
+        margin=allowed - load,
         state=state,
         decided_by=decided_by,
         utilisation=share,
@@ -593,6 +590,8 @@ def _coupling(use: _Use, speed: float) -> _Read:
     if use.stem == "coupling/" and limit != "n_max":
         at = speed if use.kind == CONTINUOUS and np.isfinite(speed) else None
         load = borne(use.result, limit, place, at)
+        if load and limit.startswith("T_KW"):  # less is permitted at the frequency of its torque
+            allowed = load / use.share
     elif limit == "temperature":  # counts by its rise
         load = None
     return told, allowed, load, unit

@@ -113,11 +113,17 @@ def miner_sum(cycles: Cycles, strength: Strength) -> tuple[float, float]:
     return float(damage.sum()), float(error.sum() + 1e-13 * damage.sum())
 
 
-def equivalent_number(cycles: Cycles, slope: float) -> tuple[float, float]:
-    """Cycles of the largest range that use up as much as all together, with its error."""
-    top = float(np.max(cycles.range, initial=0.0))
-    if top == 0.0:
+def equivalent_number(cycles: Cycles, strength: Strength) -> tuple[float, float]:
+    """Cycles of the largest range that use up as much as all together, with its error.
+
+    Zero where the largest does no damage.
+    """
+    if not np.any(cycles.range > 0.0):
         return 0.0, 0.0
-    parts = cycles.number * (cycles.range / top) ** slope
-    doubt = (cycles.error + float(cycles.error[np.argmax(cycles.range)])) / cycles.range
-    return float(parts.sum()), float(parts @ np.expm1(slope * np.log1p(doubt)) + 1e-13)
+    top = [int(np.argmax(cycles.range))]
+    largest = Cycles(*(part[top] for part in cycles))._replace(number=np.ones(1))
+    (damage, error), (of_one, off) = (miner_sum(one, strength) for one in (cycles, largest))
+    if of_one == 0.0:
+        return 0.0, 0.0
+    number = damage / of_one
+    return number, (error + number * off) / of_one
