@@ -432,7 +432,9 @@ def unique(key: str, what: str = "", name: str = "name") -> Rule:
         for place, entry in enumerate(row.each(key)):
             text = entry.data.get(name)
             said = text if _shape(entry.model, name).kind == "text" else entry.number(name)
-            if said not in (None, "") and seen.setdefault(said, place) != place:
+            if not isinstance(said, str | float) or said == "":
+                continue
+            if seen.setdefault(said, place) != place:
                 yield row.problem(
                     (*row.path, key, place, name),
                     f"two {what or f'entries of {key}'} are named {str(text)[:60]!r}"
