@@ -31,7 +31,7 @@ driven_machine = "cancels_torque"
 model = "pitch"
 """
 #: mounts at -x and x, all at the same distance
-DISTANCE = """{ key = "machine.mounts.positions[2][0]", min = "0.2 m", max = "0.6 m",
+DISTANCE = """{ key = "machine.mounts.positions[2][0]", min = "0.2 m", max = "0.6 m", \
   followed_by = [
   { key = "machine.mounts.positions[3][0]" },
   { key = "machine.mounts.positions[0][0]", factor = -1 },

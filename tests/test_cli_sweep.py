@@ -119,7 +119,7 @@ def test_failed_points_are_counted_by_cause_and_the_exit_code_is_4(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ((), "not what to vary"),
+        ((), "not say what to vary"),
         (("--grid", "machine.sped=1,2"), "did you mean 'speed'?"),
         (("--grid", "machine.speed"), "--grid needs"),
         (("--grid", "machine.speed=3000 rpm"), "two points"),

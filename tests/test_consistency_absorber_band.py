@@ -250,6 +250,6 @@ def test_only_a_bound_that_is_there_holds_a_tuning() -> None:
         ({"damping_over_primary_critical": [0.02, 0.9]}, ["damping ratio, 0.02"]),
     ):
         result = made(BASE, tuning={"band": band, "bounds": bounds})
-        held = [one for one in result.warnings if "held by" in one]
+        held = [one for one in result.warnings if "limited by" in one]
         assert len(held) == len(said)
         assert all(words in one for words, one in zip(said, held, strict=True))

@@ -131,7 +131,7 @@ def changed(**changes: Any) -> str:
 
 @pytest.mark.parametrize(("old", "new", "words"), [
     ('torque = "10 N*m"', 'friction_torque = "9 N*m"', "friction counts against the torque"),
-    ('torque = "10 N*m"', 'force = "10 N"', "force is that of translation"),
+    ('torque = "10 N*m"', 'force = "10 N"', "force belongs to translation"),
     ('torque = "10 N*m"', 'torque = "10 N*m"\n[tuning]', "spring or a viscous damper"),
     ('torque = "10 N*m"', '[machine.secondary]\nmass_ratio = 0.1', "friction_damper"),
     ('inertia = "0.02 kg*m^2"', 'mass_ratio = 1e-12', "the ratio of this mass"),

@@ -79,8 +79,8 @@ def test_a_page_is_that_of_the_option_and_has_examples_and_exit_codes() -> None:
         ("vibecalc run case.toml --set isolation.model =", {"pitch", "rigid_body", "planar"}),
         ("vibecalc sweep case.toml --grid isolation.model=p",
          {"isolation.model=pitch", "isolation.model=planar"}),
-        ("vibecalc run case.toml --set isolation.model = pitch --set machine.kind = ge",
-         {"generator"}),
+        ("vibecalc run case.toml --set isolation.model = pitch --set machine.kind = ma",
+         {"machine"}),
         ("vibecalc run case.toml --set accuracy.rtol =", {"1e-09"}),
     ],
 )  # fmt: skip

@@ -152,7 +152,7 @@ CYLINDERS = "machine.crank_train.cylinders"
         ("absorber", "machine.secondary.mass_ratio", [0.1, 2e4], "tuning/peak",
          "no tuning is found"),
         ("genset_points", f"{CYLINDERS}[2].crank_phase", None, "isolation/modes/shape",
-         "no top dead centre"),
+         "not at top dead centre"),
     ],
 )  # fmt: skip
 def test_checks_of_what_is_not_computed_refuse_points_as_well(

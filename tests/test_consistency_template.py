@@ -52,7 +52,7 @@ def test_starters_load_as_they_are_and_fit_the_screen(text: str, tmp_path: Path)
 LINE = re.compile(r"(?P<entry>#   |# |)(?P<key>\w+)(?P<sign> = |:)(?P<rest>.*)")
 HEADER = re.compile(r"(?P<left># |)\[{1,2}(?P<path>[\w.]+)\]{1,2}")
 CLASHES = re.compile(
-    "are mutually exclusive|is given twice|is fixed, and|has units, and no|is that of|others do"
+    "are mutually exclusive|is given twice|is given, but|has units, and no|belongs to|others do"
     "|needs| has no"
 )
 

@@ -21,9 +21,9 @@ def bilinear(stiff: float = 4.0) -> System:
 def test_the_table_is_that_of_the_published_pair() -> None:
     assert np.allclose(np.transpose(runge_kutta.DENSE), RK45.P, rtol=0.0, atol=1e-15)
     assert np.allclose(np.negative(runge_kutta._ERROR), RK45.E, rtol=0.0, atol=1e-15)
-    for number, row in enumerate(runge_kutta._STAGE[:5], start=1):
+    for number, row in enumerate(runge_kutta.STAGES[:5], start=1):
         assert np.allclose(row, RK45.A[number, :number], rtol=0.0, atol=1e-15)
-    assert np.allclose(runge_kutta._STAGE[5], RK45.B, rtol=0.0, atol=1e-15)
+    assert np.allclose(runge_kutta.STAGES[5], RK45.B, rtol=0.0, atol=1e-15)
 
 
 def test_the_error_follows_the_tolerance() -> None:

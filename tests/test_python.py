@@ -105,7 +105,7 @@ SPEED = {"machine.speed": "4900 rmp"}
         (lambda: vibecalc.run(GENERATOR, set=SPEED), "CaseError", "speed: unknown unit"),
         (lambda: vibecalc.check(GENERATOR, set={"speed": 3}), "CaseError", "unknown key 'speed'"),
         (lambda: vibecalc.run(GENERATOR, unset="x.y"), "UsageError", "the case has no key"),
-        (lambda: vibecalc.sweep(GENERATOR, "s.h5"), "UsageError", "not what to vary"),
+        (lambda: vibecalc.sweep(GENERATOR, "s.h5"), "UsageError", "not say what to vary"),
         (lambda: vibecalc.accuracy(GENERATOR, stages="x"), "UsageError", "no stage 'x'"),
         (lambda: vibecalc.accuracy(GENERATOR, longest=0.0), "UsageError", "seconds above 0"),
         (lambda: vibecalc.write(optimum(), "x.txt"), "UsageError", "ends in .h5"),

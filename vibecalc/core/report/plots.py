@@ -412,7 +412,8 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
         """Each at its error, or all at one height."""
         points = [(one.seconds, _height(one) if height is None else height)
                   for one in trials]  # fmt: skip
-        axes.plot(*zip(*points, strict=True) if points else ([], []), **{"ls": "none", **style})
+        if points or "label" in style:  # an empty line that is not clipped takes room at the corner
+            axes.plot(*zip(*points, strict=True) if points else ([], []), **{"ls": "none", **style})
 
     for place, method in enumerate(topic.methods):
         own = [trial for trial in timed if trial.method == method["method"]]

@@ -247,7 +247,7 @@ def quantity_object(quantity: Quantity) -> dict[str, Any]:
 
 
 _REFERENCE = "quantity where source value computed resolved unit relative_difference within kind"
-_LIMIT = "quantity where source min max unit computed margin kept"
+_LIMIT = "quantity where source min max unit computed margin utilisation kept"
 
 
 def _parts(row: Any, names: str, **others: str) -> dict[str, Any]:

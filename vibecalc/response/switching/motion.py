@@ -85,7 +85,7 @@ class Course:
             total = 3.0 * speed * gain * real - speed**3 * imaginary
         else:
             total = speed**2 * real + gain * imaginary
-        return np.asarray(total).reshape(*shape, -1)
+        return np.asarray(total).reshape(*shape, total.shape[-1])
 
 
 def turns(angle: np.ndarray, orders: np.ndarray) -> np.ndarray:
@@ -98,7 +98,7 @@ def turns(angle: np.ndarray, orders: np.ndarray) -> np.ndarray:
     for place, order in enumerate(orders.tolist()):
         wave = wave * (single if order - before == 1 else single ** (order - before))
         found[0, place], found[1, place], before = wave.real, wave.imag, order
-    return found.reshape(-1, len(angle))
+    return found.reshape(2 * len(orders), len(angle))
 
 
 def course_of(
