@@ -242,3 +242,16 @@ def test_arithmetic_that_fails_at_a_point_is_left_to_a_single_run(
     block = assert_equal("classic", design, (PEAK,), fewest=30)
     assert (block.status == DONE).all()
     assert len(asked) < 12  # halved until the point stands among few
+
+
+def test_a_default_that_the_kind_of_a_table_does_not_have_is_left_to_single_runs() -> None:
+    case = load_case(CASES["engine_two_stroke"]).case
+    damper = ("machine", "shaft_line", "dampers", 0)
+    reason = unsupported(
+        case, [(*damper, "loss_factor")], ["response/torsion/largest/torque_half_range"]
+    )
+    assert reason is not None and "not a number in the case as written" in reason
+    assert (
+        unsupported(case, [(*damper, "damping")], ["response/torsion/largest/torque_half_range"])
+        is None
+    )

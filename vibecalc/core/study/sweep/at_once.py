@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.case.fields import Table
+from vibecalc.core.case.rules import ByKind
 from vibecalc.core.run.columns import (
     Column,
     Varied,
@@ -73,14 +75,20 @@ def pattern(key: KeyPath) -> str:
 
 
 def _is_number(case: "Case", key: KeyPath) -> bool:
-    """Whether the case has a number there, so that setting it changes no other choice."""
+    """Whether the case has a number there, so that setting it changes no other choice.
+
+    A default is none in a table whose kind says which of its keys it has.
+    """
     found: Any = case
+    written = True
     for part in key:
         if isinstance(part, int):
             found = found[part] if isinstance(found, tuple) and part < len(found) else None
         else:
+            written = not isinstance(found, Table) or part in found.model_fields_set
+            written |= not any(isinstance(rule, ByKind) for rule in getattr(found, "RULES", ()))
             found = getattr(found, part, None)
-    return isinstance(found, float)
+    return isinstance(found, float) and written
 
 
 # ----------------------------------------------------------------------------
