@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.case.fields import Table
-from vibecalc.core.case.rules import ByKind
 from vibecalc.core.run.columns import (
     Column,
     Varied,
@@ -77,7 +76,7 @@ def pattern(key: KeyPath) -> str:
 def _is_number(case: "Case", key: KeyPath) -> bool:
     """Whether the case has a number there, so that setting it changes no other choice.
 
-    A default is none in a table whose kind says which of its keys it has.
+    A default is none in a table with rules, which may not let the key be written there.
     """
     found: Any = case
     written = True
@@ -85,8 +84,8 @@ def _is_number(case: "Case", key: KeyPath) -> bool:
         if isinstance(part, int):
             found = found[part] if isinstance(found, tuple) and part < len(found) else None
         else:
-            written = not isinstance(found, Table) or part in found.model_fields_set
-            written |= not any(isinstance(rule, ByKind) for rule in getattr(found, "RULES", ()))
+            ruled = isinstance(found, Table) and bool(found.RULES)
+            written = not ruled or part in found.model_fields_set
             found = getattr(found, part, None)
     return isinstance(found, float) and written
 
