@@ -30,10 +30,12 @@ _SEVERITY, _ZONE = f"{ROOT}/severity", f"{ROOT}/zone"
 # ----------------------------------------------------------------------------
 
 
-def zone_words(record: Record, place: int) -> str:
-    """`zone C` of a reading, or nothing where the case has no zones."""
+def zone_words(record: Record, place: int, _path: str) -> str:
+    """`sensor base, zone C` of a reading, or nothing where the case has no zones."""
     zones = _zones(record)
-    return f"zone {zones.values[place]}" if zones is not None else ""
+    if zones is None:
+        return ""
+    return f"sensor {labels(zones.axes[0])[place]}, zone {zones.values[place]}"
 
 
 def _zones(record: Record) -> Quantity | None:

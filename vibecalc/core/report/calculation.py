@@ -176,8 +176,8 @@ def judged(result: Result) -> list[str]:
 
 
 _BARRED = (
-    "Kept unless barred: exceeded only in speed ranges that the rule allows to be barred for "
-    "continuous running, and not at the operating speed."
+    "Barred range: exceeded only in speed ranges that may be barred for continuous operation, and "
+    "not at the operating speed."
 )
 _INFORMATIVE = "Informative: the society's or the standard's current text counts."
 

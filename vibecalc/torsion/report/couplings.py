@@ -19,7 +19,7 @@ from vibecalc.core.report.writing import (
     turns,
 )
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.torsion.report.line import joined, line_of, titled
+from vibecalc.torsion.report.line import joined, line_of, place_of, titled
 from vibecalc.torsion.results import COUPLING, HEALTHY
 
 if TYPE_CHECKING:
@@ -82,9 +82,9 @@ def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
             "frequency": one.frequency, "vibratory torque": one.amplitude}  # fmt: skip
     if follows := [words for words, law in laws.items() if law is not None]:
         rows.append(("  depend on", joined(follows)))
-    heat = having(record, f"{COUPLING}/temperature", "coupling")
-    if one.temperature and heat is not None:
-        words = f"{show(float(heat.values[place]) - ICE)} degC"
+    warm = borne(result, "temperature", place)
+    if warm is not None:
+        words = f"{show(warm)} degC"
         if one.resistance:
             words += f", ambient {show(one.temperature - ICE)} degC, {one.resistance:.4g} K/W"
         rows.append(("  temperature", words))
@@ -152,10 +152,17 @@ def borne(result: Result, name: str, place: int, speed: float | None = None) -> 
     """
     over = "" if speed is None else "speeds/"
     path = f"{COUPLING}/{over}{BORNE[name][0]}"
-    quantity = having(result.record, path, "coupling", *["speed"] * bool(over))
-    if quantity is None:
+    quantity, line = (
+        having(result.record, path, "coupling", *["speed"] * bool(over)),
+        line_of(result),
+    )
+    if quantity is None or line is None:
         return None
-    values = np.ravel(quantity.values[place])
+    # temperatures are not known of all couplings
+    at = place_of(quantity, line.couplings[place].name)
+    if at is None:
+        return None
+    values = np.ravel(quantity.values[at])
     if speed is None:
         return _as_read(name, values[0])
     near = np.isclose(quantity.axes[1].values, speed, rtol=1e-9, atol=0.0)

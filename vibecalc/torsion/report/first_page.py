@@ -11,13 +11,17 @@ from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.sections import Section, having, labels, stacked, table_of
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table, turns
 from vibecalc.core.results.record import (
+    BARRED,
     BROKEN,
     Result,
 )
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.report.limits import (
     AT_SPEED,
+    FLAGS,
     PASSING,
+    VARIANTS,
+    all_ranges_in_words,
     crank_places,
     exceeded_table,
     flags,
@@ -313,8 +317,10 @@ def _of_limits(result: Result) -> Iterator[str]:
         yield f"the {words} at the operating speed {verb} within the limit{plural}"
     ranges = ranges_in_words(result)
     yield from ranges
-    if not ranges and not broken and "pass only" not in words_of:
+    if not ranges and not broken and FLAGS[BARRED] not in words_of:
         yield "no speed range is barred"
+    for variant in VARIANTS:
+        yield from ranges_in_words(result, variant)
 
 
 def _of_majors(result: Result) -> Iterator[str]:
@@ -357,7 +363,7 @@ def in_one_sentence(result: Result) -> str:
     rows = verdicts_of(result)
     if not rows:
         return "The case sets no limits."
-    ranges = ranges_in_words(result)
+    ranges = all_ranges_in_words(result)
     if not ranges and having(result.record, f"{TORSION}limit/largest_utilisation", "limit"):
         ranges = ["no speed range is barred"]
     return "; ".join([counted([], rows).rstrip("."), *ranges]) + "."
@@ -479,5 +485,5 @@ def barred(result: Result) -> list[str]:
     if f"{TORSION}limit/largest_utilisation" not in record:
         there = having(record, TORSION + "critical/speed", "mode", "order") is not None
         return paragraph("No limit over the speed range: none is barred.") if there else []
-    words = "; ".join(ranges_in_words(result)) or "no range is barred"
+    words = "; ".join(all_ranges_in_words(result)) or "no range is barred"
     return stacked(paragraph(f"{words[0].upper()}{words[1:]}."), exceeded_table(record))

@@ -28,11 +28,14 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.torsion.report.limits import exceeded_table
 from vibecalc.torsion.report.line import (
     MILLI,
     TORSION,
     at_speed,
     cell,
+    condition_words,
+    in_words,
     joined,
     line_of,
     meeting,
@@ -388,7 +391,9 @@ _IRREGULARITY = Rows(
         Cells("largest/speed", "at\nrpm", "rpm"),
         Cells("electrical_angle", "el. angle at\nspeed, deg", "deg"),
         Cells(_largest_along(f"{_ALL}/irregularity", "condition"), "worst"),
-        Cells(_largest_along(f"{_ALL}/irregularity", "condition", named=True), "at speed in"),
+        Cells(
+            in_words(_largest_along(f"{_ALL}/irregularity", "condition", named=True)), "at speed in"
+        ),
     ),
     root=f"{TORSION}irregularity",
     note="Cyclic irregularity: (maximum - minimum) / mean angular speed of the station within a "
@@ -414,11 +419,11 @@ def torsion_conditions(result: Result) -> Section | None:
         Cells(row_of(torque, 0), "all fire\n{unit}", unit),
         Cells(_largest_along(torque, "condition"), "worst\n{unit}", unit),
         Cells(_largest_along(stress, "condition"), "stress\n{unit}", "N/mm^2"),
-        Cells(_largest_along(torque, "condition", named=True), "condition"),
+        Cells(in_words(_largest_along(torque, "condition", named=True)), "condition"),
         Cells(f"{largest}/torque_half_range", "largest\n{unit}", unit),
         Cells(f"{largest}/stress_half_range", "stress\n{unit}", "N/mm^2"),
         Cells(f"{largest}/section_speed", "at\n{unit}", "rpm"),
-        Cells(named_at(f"{largest}/section_condition", torque), "condition"),
+        Cells(in_words(named_at(f"{largest}/section_condition", torque)), "condition"),
     )
     words = (
         f"Half ranges in the worst of {len(record[torque].axes[0].values)} cylinder "
@@ -427,6 +432,7 @@ def torsion_conditions(result: Result) -> Section | None:
     title = "Misfire and imbalance: the worst condition of each section"
     blocks = [rows_of(record, one)[0]
               for one in (Rows("section", "section", columns, note=words), _USES)]  # fmt: skip
+    blocks.append(exceeded_table(record, "conditions/"))
     details = {"every condition at the operating speed": [_every]}
     return titled(result, title, *blocks, details=details)
 
@@ -446,6 +452,7 @@ _USES = Rows(
         Cells("operating_utilisation", "{} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
+    label=condition_words,
     places=_highest,
     note="Utilisation: load / load allowed in continuous operation.",
 )
@@ -464,4 +471,5 @@ def _every(result: Result) -> list[str]:
         Cells(_largest_along(angle, "station", named=True), "at station"),
     )
     words = "The largest half range of each condition at the operating speed:"
-    return rows_of(result.record, Rows("condition", "condition", columns, above=words))[0]
+    of = Rows("condition", "condition", columns, label=condition_words, above=words)
+    return rows_of(result.record, of)[0]
