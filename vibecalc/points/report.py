@@ -30,11 +30,11 @@ _SEVERITY, _ZONE = f"{ROOT}/severity", f"{ROOT}/zone"
 # ----------------------------------------------------------------------------
 
 
-def zone_words(record: Record, place: int, _path: str) -> str:
+def zone_words(record: Record, place: int, _path: str) -> str | None:
     """`sensor base, zone C` of a reading, or nothing where the case has no zones."""
     zones = _zones(record)
     if zones is None:
-        return ""
+        return None
     return f"sensor {labels(zones.axes[0])[place]}, zone {zones.values[place]}"
 
 

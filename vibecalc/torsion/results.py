@@ -39,7 +39,7 @@ MODES = under(
     f"{ROOT}/modes",
     entry("natural_frequency", "mode", "rad/s",
           "with a damper the magnitude of the pole, else undamped; 0: rigid or overdamped",
-          headline=Headline("natural frequency, elastic mode", "Hz", pick="elastic")),
+          headline=Headline("torsional natural frequency", "Hz", pick="elastic")),
     entry("frequency_error", "mode", "rad/s", "error estimate of each natural frequency",
           diagnostic=True),
     entry("damping_ratio", "mode", "", "of the damped pole, or as given by mode; 1: overdamped"),
@@ -265,17 +265,21 @@ SPEEDS = under(
 
 def _barred(place: str, of: str = "") -> tuple[Entry, ...]:
     """Ranges of speeds above the limits, and what is barred for all of them; `of` what is said."""
-    words, comma = f", {of}" * bool(of), "," * bool(of)
+    words = f", {of}" * bool(of)
+
+    def lead(end: str, told: str) -> Headline | None:
+        """Of the line as it is; those of its variants stand in words."""
+        return None if of else Headline(f"barred range {end}", "rpm", pick="each",
+                                        words=f"{_REPORT}:{told}")  # fmt: skip
+
     return under(
         place,
         entry("barred/from", "barred", "rad/s",
               "barred for continuous operation from here: by the formula of a rule where that is "
               f"wider than the range above the limit; overlapping ranges are merged{words}",
-              headline=Headline(f"barred range{words}{comma} from", "rpm", pick="each",
-                                words=f"{_REPORT}:barred_by")),
+              headline=lead("from", "barred_by")),
         entry("barred/to", "barred", "rad/s", f"to here{words}",
-              headline=Headline(f"barred range{words}{comma} to", "rpm", pick="each",
-                                words=f"{_REPORT}:acceptable")),
+              headline=lead("to", "acceptable")),
         entry("barred/permitted", "barred", "", _MAY_BE_BARRED),
         entry("exceeded/from", "exceeded", "rad/s",
               f"more than allowed in continuous operation from here{words}"),

@@ -16,7 +16,7 @@ from vibecalc.core.report.goals import (
     label_of,
 )
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
-from vibecalc.core.report.verdicts import bounds_of, entry_in_words, place_of, state_in_words
+from vibecalc.core.report.verdicts import bounds_of, entry_in_words, place_of
 from vibecalc.core.report.writing import decibels, number, read, rpm, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
@@ -180,11 +180,10 @@ def _own_row(limit: Verdict) -> Answer:
 
 def _held(limit: Verdict) -> str:
     """Each bound with the verdict, `max 400 kept`; capitals where that is not as expected."""
-    words = state_in_words(limit)
     known = CATALOGUE.get(limit.quantity)
     flag = known is not None and known.flag and limit.max == 0.0
     bounds = "must be no," if flag else ", ".join(bounds_of(limit))
-    return f"{bounds} {words if limit.satisfied else words.upper()}"
+    return f"{bounds} {limit.state if limit.satisfied else limit.state.upper()}"
 
 
 def _share(limit: Verdict) -> str:
@@ -247,7 +246,8 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
             name, unit = read_as(goal, quantity.unit)
             value, error = in_unit(quantity, unit)
             over = table_of(case, "optimisation", "robust")
-            of = f"mean and {float(over.get('sigmas', 2.0)):g} deviations of " if over else ""
+            sigmas = f"{float(over.get('sigmas', 2.0)):g} standard deviations"
+            of = f"mean + {sigmas} of " if over else ""
             name, text = f"objective: {of}{name}", show(value, error)
         else:
             continue
@@ -270,8 +270,8 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         chosen = range(top, top + 1)
     for at in chosen:
         place = tuple(int(one) for one in np.unravel_index(at, quantity.values.shape))
-        said = named(one.words)(record, at, quantity.path) if one.words else ""
-        value, words = float(flat[at]), [said] if said else _entry(quantity, place)
+        said = named(one.words)(record, at, quantity.path) if one.words else None
+        value, words = float(flat[at]), _entry(quantity, place) if said is None else [said]
         zero = quantity.unit != "dB" and quantity.estimate.is_zero(value)
         there = _same_entry(record.quantities.get(one.at), quantity, place)
         if there is not None:

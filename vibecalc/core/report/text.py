@@ -179,7 +179,7 @@ def _machine(result: Result) -> str:
     cylinders: Any = table_of(machine, "crank_train").get("cylinders") or ()
     kind = str(machine.get("kind") or "")
     words = (
-        "" if kind == "machine" else kind,
+        "" if kind == "machine" else kind.replace("_", " "),
         many(len(cylinders), "cylinder") if cylinders else "",
         "" if speed is None else f"{show(rpm(speed))} rpm",
     )

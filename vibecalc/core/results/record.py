@@ -35,7 +35,7 @@ class Headline(NamedTuple):
     (`elastic`). `at` is the path of the speeds,
     or ratios of frequencies, at which the entries are met. Where there is a quantity at `unless`,
     that says it better. `words` names a function (record, place among the entries, path),
-    as `package.module:function`, whose words, if any, stand for the entry.
+    as `package.module:function`, whose words stand for the entry; None for it itself.
     """
 
     name: str

@@ -172,7 +172,8 @@ def emit_couplings(scene: Scene, setup: Setup, motion: Motion) -> None:
     found = {name: Borne(setup, name).of(motion)[0] for name in VALUES}
     for name, value in found.items():
         place, axes = _known(setup, name)
-        scene.emit(f"{COUPLING}/{name}", value[place], axes=axes)
+        if len(place):
+            scene.emit(f"{COUPLING}/{name}", value[place], axes=axes)
     _warn_of_rows(scene, setup, found)
     _emit_values(scene, setup)
     emit_uses(scene, COUPLING, [motion], {})
@@ -227,6 +228,8 @@ def emit_coupling_speeds(scene: Scene, setup: Setup, search: Search) -> None:
     for name in VALUES:
         curve = search.bounded_curves(f"coupling {name}")
         place, own = _known(setup, name)
+        if not len(place):
+            continue
         axes_of = {**own, "speed": search.speed}
         scene.emit(f"{COUPLING}/speeds/{name}", curve.T[place], axes=axes_of)
         if name in LARGEST:

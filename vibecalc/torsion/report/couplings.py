@@ -54,8 +54,8 @@ def torsion_couplings(result: Result) -> Section | None:
     line = line_of(result)
     if line is None or f"{COUPLING}/mean_torque" not in result.record:
         return None
-    blocks = [make(result, one, place) for place, one in enumerate(line.couplings)
-              for make in (_identity, _limits)]  # fmt: skip
+    blocks = [[*_identity(result, one, place), *_limits(result, one, place)]
+              for place, one in enumerate(line.couplings)]  # fmt: skip
     use = having(result.record, f"{COUPLING}/utilisation", "coupling", "coupling_limit")
     if use is not None and "T_KW" in labels(use.axes[1]):
         blocks.append(paragraph(_FREQUENCY))

@@ -291,7 +291,7 @@ def conclusion(result: Result) -> str:
     driven = TORSION + "torque_half_range" in record
     none = "the case sets no stress limit" if driven else "the line has no excitation"
     clauses = [*_of_limits(result)] or [none]
-    clauses += [*_of_gears(result), *_of_majors(result)]
+    clauses += [*_of_couplings(result), *_of_gears(result), *_of_majors(result)]
     if vector(record, "resonances_skipped/from", "resonance_skipped") is not None:
         clauses.append("some critical speeds are undamped")
     if ill := silent(result):
@@ -332,6 +332,18 @@ def _of_majors(result: Result) -> Iterator[str]:
             yield (
                 f"the {mode} natural frequency is {row.computed:.1f} % from major order {order} "
                 f"at the operating speed, less than {rule.rule.name} requires"
+            )
+
+
+def _of_couplings(result: Result) -> Iterator[str]:
+    """Limits of couplings that the line exceeds as the case has it."""
+    for row in verdicts_of(result):
+        own = row.element and row.quantity.startswith(f"{TORSION}coupling/")
+        if own and row.state == BROKEN:
+            where = f" at {turns(row.speed)} rpm" if np.isfinite(row.speed) else ""
+            yield (
+                f"the {row.limit} of {row.element!r} exceeds the limit{where}: "
+                f"{show(100.0 * row.utilisation)} %"
             )
 
 

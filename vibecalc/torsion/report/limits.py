@@ -72,7 +72,7 @@ def torsion_limits(result: Result) -> Section | None:
     if not {f"{_LIMIT}largest_utilisation", f"{_LIMIT}operating_utilisation"} & set(record):
         return None
     blocks = uses_by_section(result), crank_places(result), exceeded_table(record)
-    title = f"Limits of the {limited_words(record)} and barred ranges"
+    title = f"{limited_words(record).capitalize()} limits and barred ranges"
     return titled(
         result, title, *blocks, details={"rules of the limits": (formulas, basis, origins)}
     )
@@ -95,59 +95,56 @@ def barred_ranges(result: Result, *, permitted: bool = True, variant: str = "") 
     return [f"{turns(low[i])} to {turns(high[i])} rpm" for i in chosen]
 
 
-def acceptable(record: Record, place: int, path: str) -> str:
+def acceptable(record: Record, place: int, _path: str) -> str:
     """What stands behind a range in the first table that may not be barred."""
-    may = record.quantities.get(f"{path.rpartition('/')[0]}/permitted")
-    return "" if may is None or may.values[place] else "NOT ACCEPTABLE: may not be barred"
+    may = vector(record, "barred/permitted", "barred")
+    return "" if may is None or may[place] else "NOT ACCEPTABLE: may not be barred"
 
 
-def barred_by(record: Record, place: int, path: str) -> str:
+def barred_by(record: Record, place: int, _path: str) -> str | None:
     """The limits that bar a range of the first table: `limits 1 and 2`."""
-    folder = path.removesuffix("barred/from").removeprefix(TORSION)
-    found = every(record, f"{folder}exceeded", "exceeded", "from", "to", "limit")
+    found = every(record, "exceeded", "exceeded", "from", "to", "limit")
     if not found:
-        return ""
+        return None
     start, stop, limit = (one.values for one in found)
-    low, high = (float(record[f"{TORSION}{folder}barred/{end}"].values[place])
-                 for end in ("from", "to"))  # fmt: skip
-    numbers = sorted({int(one) for one in limit[(start >= low) & (stop <= high)]})
-    return f"limit{'s' * (len(numbers) > 1)} {joined(map(str, numbers))}"
+    low, high = (float(record[f"{TORSION}barred/{end}"].values[place]) for end in ("from", "to"))
+    return _numbered(sorted({int(one) for one in limit[(start >= low) & (stop <= high)]}))
 
 
-def most_used(record: Record, place: int, _path: str) -> str:
+def most_used(record: Record, place: int, _path: str) -> str | None:
     """The shaft or gear in which a limit has its largest utilisation at any speed."""
     return _most_used(record, "each", place)
 
 
-def most_used_at_speed(record: Record, place: int, _path: str) -> str:
+def most_used_at_speed(record: Record, place: int, _path: str) -> str | None:
     """The same at the operating speed."""
     return _most_used(record, "operating", place)
 
 
-def _most_used(record: Record, when: str, place: int) -> str:
+def _most_used(record: Record, when: str, place: int) -> str | None:
     of = having(record, f"{_LIMIT}{when}/utilisation", "limit", "section")
     if of is None or np.all(np.isnan(of.values[place])):
-        return ""
+        return None
     return labels(of.axes[1])[int(np.nanargmax(of.values[place]))]
 
 
-def most_used_in_condition(record: Record, place: int, _path: str) -> str:
+def most_used_in_condition(record: Record, place: int, _path: str) -> str | None:
     """The same of a condition and a limit, with the condition."""
     of = having(record, f"{TORSION}conditions/limit/element", "condition", "limit")
     number = 0 if of is None else int(np.ravel(of.values)[place])
     if of is None or not number:
-        return ""
+        return None
     condition = labels(of.axes[0])[place // len(of.axes[1].values)]
     return f"{_loaded(record)[number - 1]}, {condition_words(condition)}"
 
 
-def most_stressed_in_condition(record: Record, place: int, _path: str) -> str:
+def most_stressed_in_condition(record: Record, place: int, _path: str) -> str | None:
     """The section of the largest stress in any condition, with the condition."""
     stress = having(record, f"{TORSION}conditions/largest/stress_half_range", "section")
     number = having(record, f"{TORSION}conditions/largest/section_condition", "section")
     known = names(record, "conditions/torque_half_range", "condition")
     if stress is None or number is None or not known:
-        return ""
+        return None
     section = labels(stress.axes[0])[place]
     at = place_of(number, section)
     condition = "" if at is None else condition_words(known[int(number.values[at]) - 1])
@@ -436,12 +433,24 @@ def uses_by_section(result: Result) -> list[str]:
         if held is None or not there.any():
             continue
         some = np.flatnonzero(there.any(axis=1)).tolist()
-        listed = "; ".join(f"{i + 1}: {rule_of(given[i]).name}" for i in some)
-        words = f"Half ranges of the {name} in {unit}. Limit {listed}."
+        rules = {i + 1: rule_of(given[i]).name for i in some}
+        listed = "; ".join(
+            f"{_numbered([i for i, one in rules.items() if one == rule])}: {rule}"
+            for rule in dict.fromkeys(rules.values())
+        )
+        words = f"Half ranges of the {name} in {unit}. {listed[:1].upper()}{listed[1:]}."
         if any(given[i].get("rule") for i in some):
             words += " Rules are informative: the class society's current edition applies."
-        blocks.append([*_by_limit(record, held[0], there, columns), *paragraph(words)])
-    return stacked(*blocks)
+        use = having(record, f"{_LIMIT}each/utilisation", "limit", "section")
+        most = 0.0 if use is None else float(np.max(use.values[there]))
+        blocks.append((most, [*_by_limit(record, held[0], there, columns), *paragraph(words)]))
+    # what is used most comes first
+    return stacked(*(block for _, block in sorted(blocks, key=lambda one: -one[0])))
+
+
+def _numbered(limits: Collection[int]) -> str:
+    """`limit 2`, `limits 2 and 3`."""
+    return f"limit{'s' * (len(limits) > 1)} {joined(map(str, limits))}"
 
 
 _CRANK: tuple[_Column, ...] = (

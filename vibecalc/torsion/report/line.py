@@ -294,6 +294,8 @@ def elastic_modes(result: Result, undamped: bool = False) -> list[int]:
 def highest_frequency(result: Result) -> float:
     """Of the highest order of the case at its highest speed, rad/s."""
     excited = having(result.record, TORSION + "excitation/station_torque", "station", "order")
+    if excited is not None and not np.any(excited.values):  # the case names no order
+        return math.inf
     highest = 12.0 if excited is None else float(np.max(np.asarray(excited.axes[1].values)))
     return highest * speed_range(result)[1]
 
@@ -376,7 +378,7 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     rows = _engine(result, machine) if engine else []
     words = [range_words(result)] if torsion.get("speeds") else []
     orders = having(result.record, TORSION + "excitation/station_torque", "station", "order")
-    if orders is not None:
+    if orders is not None and np.any(orders.values):
         values = np.asarray(orders.axes[1].values, dtype=float)
         even = values.size > 1 and np.ptp(np.diff(values)) < _EVEN
         every_ = f" every {order_text(values[1] - values[0])}" if even else ""
@@ -391,7 +393,7 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     own = line.station_names[int(np.argmin(np.abs(line.station_ratio - 1.0)))]
     at = "crank speed" if engine else f"the speed of {own!r}"
     total = short(float(np.sum(line.line.inertia)))
-    return [*rows, ("whole line", f"{total} kg m^2 at {at}; {_loads(result, line)}")]
+    return [*rows, ("total inertia", f"{total} kg m^2 at {at}; {_loads(result, line)}")]
 
 
 def _engine(result: Result, machine: Mapping[str, Any]) -> list[tuple[str, str]]:

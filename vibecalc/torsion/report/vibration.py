@@ -91,7 +91,7 @@ def _sections(record: Record) -> list[str]:
     words = "Torque, stress, twist: half ranges. Peak: mean included. Bound: sum of the "
     words += "amplitudes of all orders."
     half = having(record, TORSION + "angle_half_range", "station")
-    if half is not None:
+    if half is not None and np.any(half.values):
         top = int(np.argmax(half.values))
         degrees = cell(half, top, 180.0 / np.pi)
         words += f" Largest angle: {cell(half, top, MILLI)} mrad ({degrees} deg) "
@@ -101,7 +101,7 @@ def _sections(record: Record) -> list[str]:
         *(Cells(f"torque_{name}", f"{head}\n{unit}", unit) for name, head in torques),
         Cells("stress_half_range", "stress\nN/mm^2", "N/mm^2"),
         Cells("twist_half_range", "twist\nmrad", "mrad"),
-        Cells("section_heat", "heat\nW", "W"),
+        Cells("section_heat", "heat\n{unit}", "W"),
     ], words)  # fmt: skip
 
 
@@ -134,21 +134,21 @@ def _stations(result: Result) -> list[str]:
     return _table(result.record, "station", [
         *(Cells(f"angle_{name}", f"{words}\n{unit}", unit)
           for name, words in of for unit in ("mrad", "deg")),
-        Cells("station_heat", "heat\nW", "W"),
+        Cells("station_heat", "heat\n{unit}", "W"),
     ], above="Station angles relative to uniform rotation, all orders:")  # fmt: skip
 
 
 def _dampers(record: Record) -> list[str]:
     columns = [
-        Cells("damper/heat", "heat, mean\nW", "W"),
+        Cells("damper/heat", "heat, mean\n{unit}", "W"),
         Cells("damper/travel", "travel, peak\nmrad", "mrad"),
         Cells("damper/travel", "travel, peak\ndeg", "deg"),
     ]
     for name, unit in (("heat", "W"), ("travel", "mrad")):
         if not np.any(vector(record, f"largest/{name}", "damper")):
             continue
-        columns.append(Cells(f"largest/{name}", f"largest {name}\nover speeds, {unit}", unit))
-        columns.append(Cells(f"largest/{name}_speed", "at\nrpm", in_turns))
+        columns.append(Cells(f"largest/{name}", f"largest {name}\nover speeds, {{unit}}", unit))
+        columns.append(Cells(f"largest/{name}_speed", "at\nrpm", "rpm"))
     return _table(record, "damper", columns)
 
 
@@ -189,7 +189,7 @@ def _balance(result: Result) -> list[str]:
     columns = [
         Cells(path, f"{name}\n{{unit}}", how)
         for path, name, how in zip(
-            paths_of(PowerBalance), ("cylinders", "cylinders", "loads", "loads"),
+            paths_of(PowerBalance), ("indicated", "indicated", "absorbed", "absorbed"),
             2 * (unit, "kW"), strict=False,
         )
     ]  # fmt: skip
@@ -227,9 +227,9 @@ def _worst(result: Result) -> list[str]:
         Cells("largest/twist_half_range", "twist\nmrad", "mrad"),
         Cells("without_dampers/largest/torque_half_range", f"no dampers\n{unit}", unit),
         Cells("reduction", "ratio"),
-        Cells("largest/speed", "at\nrpm", in_turns),
+        Cells("largest/speed", "at\nrpm", "rpm"),
         Cells(meetings(result, f"{TORSION}largest"), "mode, order"),
-    ], "Largest half ranges; no mode, order: at an end of the range, or from several orders."
+    ], "Largest half ranges; mode, order blank: at an end of the range, or from several orders."
     )  # fmt: skip
 
 
