@@ -40,6 +40,7 @@ from vibecalc.core.results.named import named
 from vibecalc.core.results.record import BARRED, Result, Verdict
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.stage import Subject, subjects, subjects_of
+from vibecalc.units import convert
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -197,7 +198,10 @@ def limit_table(rows: Sequence[Verdict], *notes: str) -> list[str]:
 
 def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
     element, limit, source, use = row.element, row.limit, row.source, row.utilisation
-    bounds, computed = ", ".join(bounds_of(row)), show(row.computed, row.error_estimate)
+    unit = "%" if not element and read_as(row.quantity, row.unit)[1] == "%" else row.unit
+    factor = 1.0 if unit == row.unit else convert(1.0, row.unit, unit)
+    bounds = ", ".join(bounds_of(row, factor))
+    computed = show(factor * row.computed, row.error_estimate * factor)
     if element:
         limit += f"; {row.condition}" if row.condition else ""
         computed = as_text(row.computed, row.unit)
@@ -215,7 +219,7 @@ def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
     at = turns(row.speed) if math.isfinite(row.speed) else ""
     rule = source * rules, row.status * statuses
     verdict = pages.limit_verdict(row)
-    return [element, limit, *rule, bounds, computed, row.unit, shown, at, verdict]
+    return [element, limit, *rule, bounds, computed, unit, shown, at, verdict]
 
 
 def _running(title: str) -> str:

@@ -188,7 +188,7 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
         left = len(broken) - _MOST_BROKEN
         clauses += [f"{left} more {_is(left)} broken"] if left > 0 else []
         expected = sum(row.state == BROKEN and row.satisfied for row in limits)
-        clauses += [f"{expected} {_is(expected)} broken, as the case expects"] if expected else []
+        clauses += [f"{expected} {_is(expected)} broken, as expected"] if expected else []
         clauses += [f"{_spoken(row)} is undecided: {row.decided_by} would decide it"
                     for row in limits if row.state == UNDECIDED]  # fmt: skip
     counted = [row for row in references if row.within is not None]

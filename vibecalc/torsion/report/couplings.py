@@ -81,7 +81,7 @@ def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
     laws = {"mean torque": one.mean_torque, "temperature": one.over_temperature,
             "frequency": one.frequency, "vibratory torque": one.amplitude}  # fmt: skip
     if follows := [words for words, law in laws.items() if law is not None]:
-        rows.append(("  depend on", joined(follows)))
+        rows.append(("  both depend on", joined(follows)))
     warm = borne(result, "temperature", place)
     if warm is not None:
         words = f"{show(warm)} degC"

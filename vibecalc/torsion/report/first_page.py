@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.report.calculation import Calculation, Chapter, limit_table
+from vibecalc.core.report.headline import first_table
 from vibecalc.core.report.pages import conclusion as counted
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.sections import Section, having, labels, stacked, table_of
@@ -22,6 +23,7 @@ from vibecalc.torsion.report.limits import (
     PASSING,
     VARIANTS,
     all_ranges_in_words,
+    barred_ranges,
     crank_places,
     exceeded_table,
     flags,
@@ -33,6 +35,7 @@ from vibecalc.torsion.report.limits import (
     rule_of,
     separation_rule,
     uses_by_section,
+    variant_words,
 )
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -388,7 +391,26 @@ def conclusion_table(result: Result) -> list[str]:
     """The sentence, and the table of limits."""
     rows = verdicts_of(result)
     coupled = any(row.element and row.quantity.startswith(COUPLING) for row in rows)
-    return [*paragraph(in_one_sentence(result)), *limit_table(rows, *[_COUPLINGS] * coupled)]
+    advice = [line for words in recommendations(result) for line in paragraph(words, "-")]
+    notes = [_COUPLINGS] * coupled
+    return [*paragraph(in_one_sentence(result)), *advice, *limit_table(rows, *notes)]
+
+
+def recommendations(result: Result) -> Iterator[str]:
+    """What follows for those who run the line, from the ranges of speeds above its limits."""
+    for variant in ("", *VARIANTS):
+        barred, not_ = (
+            barred_ranges(result, permitted=one, variant=variant) for one in (True, False)
+        )
+        lead = f"With {variant_words(result, variant)}: " if variant else ""
+        told = []
+        if barred:
+            told.append(f"bar {joined(barred)} for continuous operation and pass through quickly")
+        if not_:
+            told.append(f"avoid {joined(not_)}, also in passing, or reduce the load there")
+        words = f"{lead}{'; '.join(told)}."
+        if told:
+            yield f"{words[:1].upper()}{words[1:]}"
 
 
 # ----------------------------------------------------------------------------
@@ -465,8 +487,8 @@ def has_calculation(result: Result) -> bool:
 
 
 def summary(result: Result) -> list[str]:
-    """The sentence of the first page."""
-    return paragraph(in_one_sentence(result))
+    """The sentence of the first page, and the results that are looked for first."""
+    return stacked(paragraph(in_one_sentence(result)), first_table(result, verdicts_of(result)))
 
 
 # ----------------------------------------------------------------------------

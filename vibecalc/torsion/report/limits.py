@@ -31,7 +31,7 @@ from vibecalc.core.results.record import (
 )
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import state_of, verdicts_of
-from vibecalc.torsion.report.couplings import BORNE, borne, permitted
+from vibecalc.torsion.report.couplings import BORNE, ICE, borne, permitted
 from vibecalc.torsion.report.line import (
     MEGA,
     TORSION,
@@ -663,13 +663,13 @@ def _coupling(use: _Use, speed: float) -> _Read:
     told = {"element": use.where["coupling"], "limit": words, "source": source, "status": status}
     allowed, unit = (np.inf, "") if one is None else permitted(one, limit)
     load: float | None = use.share * allowed
+    if limit == "temperature" and one is not None:  # counts by its rise
+        load = one.temperature - ICE + use.share * (allowed - (one.temperature - ICE))
     if use.stem == "coupling/" and limit != "n_max":
         at = speed if use.kind == CONTINUOUS and np.isfinite(speed) else None
         load = borne(use.result, limit, place, at)
         if load and limit.startswith("T_KW"):  # less is permitted at the frequency of its torque
             allowed = load / use.share
-    elif limit == "temperature":  # counts by its rise
-        load = None
     return told, allowed, load, unit
 
 

@@ -535,7 +535,7 @@ def together(rows: list[list[str]]) -> Iterator[list[str]]:
             continue
         first, last = rows[start][0], rows[end - 1][0]
         number_ = last.removeprefix(_stem([first, last]))
-        last = last if " " in number_ else number_
+        last = number_ if number_.isdigit() else last
         yield [first if end - start == 1 else f"{first} to {last}", *rows[start][1:]]
         start = end
 
@@ -694,7 +694,8 @@ def _over(given: Mapping[str, Any] | None) -> str:
         return ""
     whose = "shaft speed" if given.get("of") == "own" else "speed"
     if given.get("exponent") is not None:
-        return f", ~ {whose}^{given['exponent']:g}, reference {turns(given['reference'])} rpm"
+        power = "" if given["exponent"] == 1.0 else f"^{given['exponent']:g}"
+        return f", ~ {whose}{power}, reference {turns(given['reference'])} rpm"
     factor, speed = (given["table"][key] for key in ("factor", "speed"))
     ends = f"{turns(speed[0])} to {turns(speed[-1])} rpm"
     return f", times {short(factor[0])} to {short(factor[-1])} over {ends} {whose}".replace(

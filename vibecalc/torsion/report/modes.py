@@ -111,7 +111,7 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
     if known[chosen[0]].endswith("-node") and line and any(one.stiffness for one in line.dampers):
         words += " Nodes in damper springs are counted."
     if more := int(np.count_nonzero(natural.values)) - len(chosen):
-        words += f" {many(more, 'higher mode')}: `--full`."
+        words += f" {many(more, 'higher mode')} not listed."
     return [*table(columns, rows), *paragraph(words)]
 
 

@@ -448,8 +448,8 @@ _USES = Rows(
     "condition",
     (
         Cells("largest_utilisation", "limit {}\nutil., %", "%"),
-        Cells("speed", "{} at\nrpm", "rpm"),
-        Cells("operating_utilisation", "{} at\nspeed, %", "%"),
+        Cells("speed", "limit {}\nat rpm", "rpm"),
+        Cells("operating_utilisation", "limit {} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
     label=condition_words,
