@@ -160,6 +160,12 @@ def test_a_condition_uses_gears_and_couplings_as_a_case_with_that_misfire(row: i
         use = values(found, f"conditions/limit/{name}")[row]
         assert use == pytest.approx(values(alone, f"limit/{name}"), rel=1e-8)
         assert use[0] > 0.0
+    of = values(found, "conditions/exceeded/condition")
+    assert set(of) <= {1.0, 2.0, 3.0, 4.0} and np.any(of == row + 1)
+    for variant, there in (("", row + 1), *([("healthy/", 1)] if row else [])):
+        for name in ("from", "to", "limit", "permitted", "peak_speed"):
+            own = values(found, f"conditions/exceeded/{name}")[of == there]
+            assert own == pytest.approx(values(alone, f"{variant}exceeded/{name}"), rel=1e-6), name
     for name in ("utilisation", "largest_utilisation", "largest_utilisation_speed"):
         use = values(found, f"conditions/coupling/{name}")[row]
         # a use that no speed changes much is met where rounding says

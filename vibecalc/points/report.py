@@ -181,7 +181,7 @@ def points(result: Result) -> Section | None:
     words += (_left_out(result, velocity) if velocity else []) + _severity_words(result)
     return section(
         "Vibration at points",
-        ([*words, "", *table_lines] if table_lines else words, up_lines),
+        (table_lines, words, up_lines),
         {"readings by order": _by_order(result, velocity) if velocity else []},
         {*shown, *(path for path in record if path.startswith((RUN_UP, BOUNDARY))), _SEVERITY},
     )

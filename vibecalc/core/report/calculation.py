@@ -202,6 +202,8 @@ def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
     factor = 1.0 if unit == row.unit else convert(1.0, row.unit, unit)
     bounds = ", ".join(bounds_of(row, factor))
     computed = show(factor * row.computed, row.error_estimate * factor)
+    if row.quantity in CATALOGUE and CATALOGUE[row.quantity].flag and not element:
+        bounds, computed = "no" if row.max == 0.0 else bounds, show(bool(row.computed))
     if element:
         limit += f"; {row.condition}" if row.condition else ""
         computed = as_text(row.computed, row.unit)

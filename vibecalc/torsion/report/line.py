@@ -389,11 +389,15 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
         kind = _MISFIRES.get(str(torsion.get("misfire_kind")), "no gas torque")
         rows.append(("misfire", f"cylinder{'s' * (len(ill) > 1)} {joined(ill)}: {kind}"))
     rows += _damping(torsion)
-    # the station whose speed is that of the machine
-    own = line.station_names[int(np.argmin(np.abs(line.station_ratio - 1.0)))]
-    at = "crank speed" if engine else f"the speed of {own!r}"
     total = short(float(np.sum(line.line.inertia)))
-    return [*rows, ("total inertia", f"{total} kg m^2 at {at}; {_loads(result, line)}")]
+    words = f"{total} kg m^2 referred to {first_shaft(line)}; {_loads(result, line)}"
+    return [*rows, ("total inertia", words)]
+
+
+def first_shaft(line: "ShaftLineModel") -> str:
+    """The shaft whose speed is that of the machine: `the crankshaft`, `the shaft of 'motor'`."""
+    own = line.station_names[int(np.argmin(np.abs(line.station_ratio - 1.0)))]
+    return "the crankshaft" if line.cylinder_station.size else f"the shaft of {own!r}"
 
 
 def _engine(result: Result, machine: Mapping[str, Any]) -> list[tuple[str, str]]:

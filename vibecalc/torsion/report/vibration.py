@@ -179,7 +179,7 @@ def _balance(result: Result) -> list[str]:
         return []
     factor, unit = torque_unit(record)
     torque, power = factor * float(rest.values), record[f"{PowerBalance.ROOT}/rest_power"].values
-    does = "absorbs" if torque >= 0.0 else "has to SUPPLY"
+    does = "absorbs" if torque >= 0.0 else "supplies"
     words = f"Not referred. Station '{line.station_names[line.load_station]}' {does} the balance: "
     words += f"{show(abs(torque))} {unit}, {show(1e-3 * abs(float(power)))} kW."
     share = record.quantities.get(f"{PowerBalance.ROOT}/load_share")
