@@ -1,9 +1,8 @@
 """Results of readings on a rigid plate: its motion, levels anywhere, and how sure they are."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.described import Group, entries_of, q
 from vibecalc.core.results.record import (
     CHECK,
     DIFFERENCE,
@@ -41,8 +40,7 @@ def _each(name: str) -> dict[str, Any]:
     return {"headline": Headline(f"{name} level", "dB", pick="each")}
 
 
-@dataclass(frozen=True)
-class Whole:
+class Whole(Group):
     """The motion of the plate."""
 
     ROOT: ClassVar[str] = "measurement"
@@ -56,8 +54,7 @@ class Whole:
     acceleration: Any = q("position order", "m/s^2", "acceleration along z", PEAK)
 
 
-@dataclass(frozen=True)
-class Phase:
+class Phase(Group):
     """Of the motion."""
 
     ROOT: ClassVar[str] = "measurement/phase"
@@ -70,8 +67,7 @@ class Phase:
     )
 
 
-@dataclass(frozen=True)
-class Levels:
+class Levels(Group):
     """At named positions, of the motion and its parts."""
 
     ROOT: ClassVar[str] = "measurement/level"
@@ -84,8 +80,7 @@ class Levels:
     all_orders: Any = q("position", "dB", f"level of all harmonics, {_RE}")
 
 
-@dataclass(frozen=True)
-class Uncertainty:
+class Uncertainty(Group):
     """Of levels and phases."""
 
     ROOT: ClassVar[str] = "measurement/uncertainty"
@@ -102,8 +97,7 @@ class Uncertainty:
         **_UNSURE)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Fit:
+class Fit(Group):
     """How well readings determine the motion."""
 
     ROOT: ClassVar[str] = "measurement/fit"
@@ -115,8 +109,7 @@ class Fit:
         "root mean square / stated standard uncertainty", exempt=CHECK)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Readings:
+class Readings(Group):
     """What instruments read next to the motion."""
 
     ROOT: ClassVar[str] = "measurement/reading"
@@ -126,8 +119,7 @@ class Readings:
     residual: Any = q("reading", "dB", "level computed - level read", exempt=CHECK)
 
 
-@dataclass(frozen=True)
-class Signals:
+class Signals(Group):
     """Readings with phases next to the motion."""
 
     ROOT: ClassVar[str] = "measurement/signal"
@@ -138,8 +130,7 @@ class Signals:
         exempt=CHECK)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Candidates:
+class Candidates(Group):
     """All motions that levels leave."""
 
     ROOT: ClassVar[str] = "measurement/candidate"
@@ -162,8 +153,7 @@ class Candidates:
         **_UNSURE)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Further:
+class Further(Group):
     """Readings not yet made."""
 
     ROOT: ClassVar[str] = "measurement/further"
@@ -174,8 +164,7 @@ class Further:
     difference: Any = q("further", "dB", "level difference there, selected motion - next one")
 
 
-@dataclass(frozen=True)
-class Records:
+class Records(Group):
     """Orders of records over time."""
 
     ROOT: ClassVar[str] = "measurement/record"
@@ -208,8 +197,7 @@ class Records:
         **_OF_RECORD)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Map:
+class Map(Group):
     """Over the plate."""
 
     ROOT: ClassVar[str] = "measurement/map"
@@ -219,8 +207,7 @@ class Map:
         PEAK)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Quiet:
+class Quiet(Group):
     """Places of the plate that move least."""
 
     ROOT: ClassVar[str] = "measurement/quiet"
