@@ -16,6 +16,7 @@ class OfVector:
     """Of the length of a vector."""
 
     ROOT: ClassVar[str]
+    WORDS: ClassVar[dict[str, str]]
     held: Any = q(_ORDERS, "{unit}", _HELD, PEAK)
     held_rms: Any = q("", "{unit}", f"{_HELD}, over the cycle", RMS)
     held_peak: Any = q("", "{unit}", f"{_HELD}, largest over the cycle", PEAK)
@@ -33,14 +34,18 @@ class OfForces(OfVector):
     """Of the resultant force."""
 
     ROOT = "isolation/efficiency/force"
-    WORDS: ClassVar = {"what": "force", "unit": "N", "about": ""}
+    WORDS: ClassVar[dict[str, str]] = {"what": "force", "unit": "N", "about": ""}
 
 
 class OfCouples(OfVector):
     """Of the resultant couple about the mass centre."""
 
     ROOT = "isolation/efficiency/couple"
-    WORDS: ClassVar = {"what": "couple", "unit": "N*m", "about": " about the mass centre"}
+    WORDS: ClassVar[dict[str, str]] = {
+        "what": "couple",
+        "unit": "N*m",
+        "about": " about the mass centre",
+    }
 
 
 @dataclass(frozen=True)
