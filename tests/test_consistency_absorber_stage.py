@@ -100,7 +100,7 @@ def test_a_family_over_a_range_is_that_over_its_list() -> None:
         run("absorber", key + values + "}")
         for values in ("{from='0 %', to=0.2, points=5}", "[0.0, 0.05, 0.1, 0.15, 0.2]")
     )
-    assert (spread[path].values == listed[path].values).all()
+    np.testing.assert_allclose(spread[path].values, listed[path].values, rtol=1e-12)
     assert spread[path].axes[0].values.tolist() == listed[path].axes[0].values.tolist()
 
 

@@ -1,11 +1,10 @@
 """Results of absorbers: response, tuning, hardware, and pendulums on a rotor."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from vibecalc.absorber.motion_results import AXES as MOTION_AXES
 from vibecalc.absorber.motion_results import BAND_ENTRIES, MOTION_ENTRIES
-from vibecalc.core.results.described import entries_of, lead, named, q
+from vibecalc.core.results.described import Group, entries_of, lead, named, q
 from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, PLACE, Headline, entry
 
 # ----------------------------------------------------------------------------
@@ -27,8 +26,7 @@ _LARGEST = Headline(
 )
 
 
-@dataclass(frozen=True)
-class Response:
+class Response(Group):
     """Curves of a primary with its absorbers, their largest values, and frequencies."""
 
     ROOT: ClassVar[str] = RESPONSE_ROOT
@@ -55,8 +53,7 @@ class Response:
     pole: Any = q("pole", "", "damped pole over the primary's own frequency, complex")
 
 
-@dataclass(frozen=True)
-class EachResponse:
+class EachResponse(Group):
     """Motions of each of several absorbers."""
 
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/each"
@@ -67,8 +64,7 @@ class EachResponse:
         "largest motion of each absorber against what carries it")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Peaks:
+class Peaks(Group):
     """Maxima of all curves."""
 
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/peak"
@@ -78,8 +74,7 @@ class Peaks:
         name="frequency ratio of a maximum")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class FixedPoints:
+class FixedPoints(Group):
     """Points that the curves of all dampings of the absorber pass."""
 
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/fixed_point"
@@ -94,8 +89,7 @@ class FixedPoints:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Tuning:
+class Tuning(Group):
     """The best absorber, and what it brings."""
 
     ROOT: ClassVar[str] = TUNING_ROOT
@@ -130,8 +124,7 @@ class Tuning:
     secondary_frequency: Any = lead("", "rad/s", "natural frequency of the absorber alone")
 
 
-@dataclass(frozen=True)
-class Active:
+class Active(Group):
     """The peaks that hold a tuning."""
 
     ROOT: ClassVar[str] = f"{TUNING_ROOT}/active"
@@ -146,8 +139,7 @@ class Active:
 _BUILT = f"{TUNING_ROOT}/each/frequency"
 
 
-@dataclass(frozen=True)
-class EachTuned:
+class EachTuned(Group):
     """Mass, spring and damper of each of several absorbers."""
 
     ROOT: ClassVar[str] = f"{TUNING_ROOT}/each"
@@ -217,8 +209,7 @@ _PENALTY = "that peak over that of the tuning, less 1"
 _PRIMARY = "c2 / (2 sqrt(K1 J1))"
 
 
-@dataclass(frozen=True)
-class Hardware:
+class Hardware(Group):
     """What single parts are, and what the tuning asks of them."""
 
     ROOT: ClassVar[str] = HARDWARE_ROOT
@@ -231,8 +222,7 @@ class Hardware:
     dynamic_viscosity: Any = q("", "Pa*s", "required viscosity in the gap")
 
 
-@dataclass(frozen=True)
-class Built:
+class Built(Group):
     """What springs and oil that are in give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/built"
@@ -245,8 +235,7 @@ class Built:
     peak_frequency: Any = named("", "rad/s", "peak frequency, installed parts")
 
 
-@dataclass(frozen=True)
-class Films:
+class Films(Group):
     """Damping over dynamic viscosity of the films in the gap."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/gap"
@@ -255,8 +244,7 @@ class Films:
     bore: Any = named("", "m^3", "damping / dynamic viscosity, bore")
 
 
-@dataclass(frozen=True)
-class StockSprings:
+class StockSprings(Group):
     """What springs that can be bought give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/spring"
@@ -264,8 +252,7 @@ class StockSprings:
     stiffness_ratio: Any = q("stock_spring", "", "stiffness ratio with these springs")
 
 
-@dataclass(frozen=True)
-class StockOils:
+class StockOils(Group):
     """What oils that can be bought give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/oil"
@@ -276,8 +263,7 @@ class StockOils:
         "temperature at which the oil has the required viscosity; 0: never")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class StockDampers:
+class StockDampers(Group):
     """What dampers that can be bought give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/damper"
@@ -285,8 +271,7 @@ class StockDampers:
     damping_over_primary_critical: Any = q("stock_damper", "", "the same, c2 / (2 sqrt(K1 M1))")
 
 
-@dataclass(frozen=True)
-class Pairs:
+class Pairs(Group):
     """The response with every pair of parts in stock."""
 
     ROOT: ClassVar[str]
@@ -311,8 +296,7 @@ class DamperPairs(Pairs):
     WORDS: ClassVar = {"part": "damper"}
 
 
-@dataclass(frozen=True)
-class Buy:
+class Buy(Group):
     """The best pair in stock."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/buy"
@@ -320,8 +304,7 @@ class Buy:
     penalty: Any = q("", "", _PENALTY, exempt=DIFFERENCE)
 
 
-@dataclass(frozen=True)
-class Warming:
+class Warming(Group):
     """What the absorber becomes as its oil warms."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/warming"
@@ -333,8 +316,7 @@ class Warming:
     best_peak: Any = q("temperature", "", "peak with such springs")
 
 
-@dataclass(frozen=True)
-class Bending:
+class Bending(Group):
     """Bending of the rod."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/bending"
@@ -349,8 +331,7 @@ class Bending:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class FrictionDamped:
+class FrictionDamped(Group):
     """A primary with a friction damper, by the first harmonic of the friction."""
 
     ROOT: ClassVar[str] = FRICTION_ROOT
@@ -383,8 +364,7 @@ class FrictionDamped:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Pendulum:
+class Pendulum(Group):
     """The order that pendulums follow, and the absorber that they are."""
 
     ROOT: ClassVar[str] = PENDULUM_ROOT
@@ -399,8 +379,7 @@ class Pendulum:
     order_of_swing: Any = q("swing", "", "order of the pendulum at this swing")
 
 
-@dataclass(frozen=True)
-class SmallSwings:
+class SmallSwings(Group):
     """Motions under the torque of the case by equations for small swings, complex."""
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/small"
@@ -409,8 +388,7 @@ class SmallSwings:
     rotor_without: Any = named("", "rad", "motion of the rotor, pendulums locked", PEAK)
 
 
-@dataclass(frozen=True)
-class OverOrders:
+class OverOrders(Group):
     """The same over the order of the torque."""
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/response"
@@ -418,8 +396,7 @@ class OverOrders:
     without: Any = q("order_ratio", "rad", "the same, pendulums locked", PEAK)
 
 
-@dataclass(frozen=True)
-class SteadySwings:
+class SteadySwings(Group):
     """Swings of an undamped pendulum by its exact equations."""
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/steady"
@@ -427,8 +404,7 @@ class SteadySwings:
     largest_swing: Any = q("steady_swing", "rad", "largest angle of swing over the cycle")
 
 
-@dataclass(frozen=True)
-class Jump:
+class Jump(Group):
     """The end of the motion out of rest."""
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/jump"

@@ -1,9 +1,8 @@
 """Results of the forces and couples of the crank train, its motor, and a pump's cylinders."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, named, q
+from vibecalc.core.results.described import Group, entries_of, lead, named, q
 from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, TURN
 
 # ----------------------------------------------------------------------------
@@ -14,8 +13,7 @@ from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, TURN
 ABOUT = "about the body's reference point"
 
 
-@dataclass(frozen=True)
-class OnBody:
+class OnBody(Group):
     """All forces and couples of the crank train on the body."""
 
     ROOT: ClassVar[str] = "excitation"
@@ -28,8 +26,7 @@ class OnBody:
     residual: Any = lead("", "N", "residual unbalance", PEAK, about=ABOUT)
 
 
-@dataclass(frozen=True)
-class Turning:
+class Turning(Group):
     """Parts of the force of a train with slave rods."""
 
     ROOT: ClassVar[str] = "excitation/turning"
@@ -37,8 +34,7 @@ class Turning:
     against_crank: Any = named("order", "N", "force against it", PEAK)
 
 
-@dataclass(frozen=True)
-class Masses:
+class Masses(Group):
     """Masses that make the forces."""
 
     ROOT: ClassVar[str] = "excitation/mass"
@@ -47,8 +43,7 @@ class Masses:
     rotating: Any = named("cylinder", "kg", "turns with the pin")
 
 
-@dataclass(frozen=True)
-class Counterweights:
+class Counterweights(Group):
     """Of each counterweight at the operating speed."""
 
     ROOT: ClassVar[str] = "excitation/counterweight"
@@ -57,8 +52,7 @@ class Counterweights:
         name="couple of a counterweight")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class OfRod:
+class OfRod(Group):
     """What the two point masses that stand for a rod leave out."""
 
     ROOT: ClassVar[str] = "excitation/rod"
@@ -81,8 +75,7 @@ class OfRod:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class BalanceColumns:
+class BalanceColumns(Group):
     """Of cylinders in one bank, at angles a and places z along the shaft."""
 
     ROOT: ClassVar[str] = "excitation/balance"
@@ -96,8 +89,7 @@ class BalanceColumns:
     total_position_cosine: Any = q("order", "m", "sum of z cos(n a)", exempt=CANCELLING)
 
 
-@dataclass(frozen=True)
-class BankColumns:
+class BankColumns(Group):
     """Of cylinders in several banks."""
 
     ROOT: ClassVar[str] = "excitation/balance/banks"
@@ -124,8 +116,7 @@ class BankColumns:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class OfMotor:
+class OfMotor(Group):
     """Axial force of skewed conductors."""
 
     ROOT: ClassVar[str] = "excitation/motor"
@@ -142,8 +133,7 @@ class OfMotor:
     rms: Any = q("", "N", "axial force, mean apart", RMS, name="axial force without mean")
 
 
-@dataclass(frozen=True)
-class OfPump:
+class OfPump(Group):
     """One cylinder over a turn, and the torque of all."""
 
     ROOT: ClassVar[str] = "excitation/pump"

@@ -1,9 +1,8 @@
 """Results of isolation efficiency: what acts on the body, what reaches the ground, their ratio."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import lead, q
+from vibecalc.core.results.described import Group, lead, q
 from vibecalc.core.results.record import PEAK, RMS, SPECTRUM
 
 _ORDERS = "order coordinate"
@@ -11,12 +10,10 @@ _HELD = "{what}{about} on the ground, rigidly mounted"
 _GROUND = "{what}{about} on the ground, on mounts"
 
 
-@dataclass(frozen=True)
-class OfVector:
+class OfVector(Group):
     """Of the length of a vector."""
 
     ROOT: ClassVar[str]
-    WORDS: ClassVar[dict[str, str]]
     held: Any = q(_ORDERS, "{unit}", _HELD, PEAK)
     held_rms: Any = q("", "{unit}", f"{_HELD}, over the cycle", RMS)
     held_peak: Any = q("", "{unit}", f"{_HELD}, largest over the cycle", PEAK)
@@ -34,22 +31,17 @@ class OfForces(OfVector):
     """Of the resultant force."""
 
     ROOT = "isolation/efficiency/force"
-    WORDS: ClassVar[dict[str, str]] = {"what": "force", "unit": "N", "about": ""}
+    WORDS: ClassVar = {"what": "force", "unit": "N", "about": ""}
 
 
 class OfCouples(OfVector):
     """Of the resultant couple about the mass centre."""
 
     ROOT = "isolation/efficiency/couple"
-    WORDS: ClassVar[dict[str, str]] = {
-        "what": "couple",
-        "unit": "N*m",
-        "about": " about the mass centre",
-    }
+    WORDS: ClassVar = {"what": "couple", "unit": "N*m", "about": " about the mass centre"}
 
 
-@dataclass(frozen=True)
-class ByDirection:
+class ByDirection(Group):
     """Of each direction alone."""
 
     ROOT: ClassVar[str] = "isolation/efficiency"

@@ -1,14 +1,12 @@
 """Results of the piston motion."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.described import Group, entries_of, q
 from vibecalc.core.results.record import ORDERS, PEAK, PLACE, TURN
 
 
-@dataclass(frozen=True)
-class OfPiston:
+class OfPiston(Group):
     """Motion of a piston whose rod stands on the crank pin."""
 
     ROOT: ClassVar[str] = "kinematics"
@@ -28,8 +26,7 @@ class OfPiston:
     acceleration: Any = q("crank_angle", "m/s^2", "piston acceleration")
 
 
-@dataclass(frozen=True)
-class OfCylinders:
+class OfCylinders(Group):
     """Motion of each piston of a train with slave rods."""
 
     ROOT: ClassVar[str] = "kinematics/cylinder"

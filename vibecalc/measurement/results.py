@@ -1,9 +1,8 @@
 """Results of readings on a rigid plate: its motion, levels anywhere, and how sure they are."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, named, q
+from vibecalc.core.results.described import Group, entries_of, named, q
 from vibecalc.core.results.record import (
     CHECK,
     DIFFERENCE,
@@ -42,8 +41,7 @@ def _each(name: str) -> dict[str, Any]:
     return {"headline": Headline(words, "dB", pick="each"), "name": words}
 
 
-@dataclass(frozen=True)
-class Whole:
+class Whole(Group):
     """The motion of the plate."""
 
     ROOT: ClassVar[str] = "measurement"
@@ -57,8 +55,7 @@ class Whole:
     acceleration: Any = q("position order", "m/s^2", "acceleration along z", PEAK)
 
 
-@dataclass(frozen=True)
-class Phase:
+class Phase(Group):
     """Of the motion."""
 
     ROOT: ClassVar[str] = "measurement/phase"
@@ -73,8 +70,7 @@ class Phase:
     )
 
 
-@dataclass(frozen=True)
-class Levels:
+class Levels(Group):
     """At named positions, of the motion and its parts."""
 
     ROOT: ClassVar[str] = "measurement/level"
@@ -88,8 +84,7 @@ class Levels:
     all_orders: Any = q("position", "dB", f"level of all harmonics, {_RE}")
 
 
-@dataclass(frozen=True)
-class Uncertainty:
+class Uncertainty(Group):
     """Of levels and phases."""
 
     ROOT: ClassVar[str] = "measurement/uncertainty"
@@ -106,8 +101,7 @@ class Uncertainty:
         **_UNSURE)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Fit:
+class Fit(Group):
     """How well readings determine the motion."""
 
     ROOT: ClassVar[str] = "measurement/fit"
@@ -119,8 +113,7 @@ class Fit:
         "root mean square / stated standard uncertainty", exempt=CHECK)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Readings:
+class Readings(Group):
     """What instruments read next to the motion."""
 
     ROOT: ClassVar[str] = "measurement/reading"
@@ -132,8 +125,7 @@ class Readings:
     residual: Any = q("reading", "dB", "level computed - level read", exempt=CHECK)
 
 
-@dataclass(frozen=True)
-class Signals:
+class Signals(Group):
     """Readings with phases next to the motion."""
 
     ROOT: ClassVar[str] = "measurement/signal"
@@ -144,8 +136,7 @@ class Signals:
         exempt=CHECK)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Candidates:
+class Candidates(Group):
     """All motions that levels leave."""
 
     ROOT: ClassVar[str] = "measurement/candidate"
@@ -169,8 +160,7 @@ class Candidates:
         **_UNSURE)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Further:
+class Further(Group):
     """Readings not yet made."""
 
     ROOT: ClassVar[str] = "measurement/further"
@@ -181,8 +171,7 @@ class Further:
     difference: Any = q("further", "dB", "level difference there, selected motion - next one")
 
 
-@dataclass(frozen=True)
-class Records:
+class Records(Group):
     """Orders of records over time."""
 
     ROOT: ClassVar[str] = "measurement/record"
@@ -215,8 +204,7 @@ class Records:
         **_OF_RECORD)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Map:
+class Map(Group):
     """Over the plate."""
 
     ROOT: ClassVar[str] = "measurement/map"
@@ -226,8 +214,7 @@ class Map:
         PEAK)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Quiet:
+class Quiet(Group):
     """Places of the plate that move least."""
 
     ROOT: ClassVar[str] = "measurement/quiet"

@@ -1,9 +1,8 @@
 """Results of the body on its suspension, and of the change between two operations."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, named, q
+from vibecalc.core.results.described import Group, entries_of, lead, named, q
 from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, PLACE, RESONANCE, TURN
 
 # ----------------------------------------------------------------------------
@@ -16,8 +15,7 @@ _SUPPORTS = "isolation/support_force/steady_peak"
 _POINT = "of the reference point"
 
 
-@dataclass(frozen=True)
-class Modes:
+class Modes(Group):
     """Of a body on its suspension; its natural frequencies stand `elsewhere` in the first table."""
 
     ROOT: ClassVar[str]
@@ -31,7 +29,6 @@ class Modes:
     )
 
 
-@dataclass(frozen=True)
 class ModesOfBody(Modes):
     """How alike they are, with rotations times their radius of inertia, and how near orders are."""
 
@@ -42,8 +39,7 @@ class ModesOfBody(Modes):
     distance: Any = q("mode", "", "frequency of that order / natural frequency - 1")
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(Group):
     """Of a body at the operating speed."""
 
     ROOT: ClassVar[str]
@@ -51,7 +47,6 @@ class Motion:
     rotation_harmonics: Any = q(_ORDERS, "rad", "rotation", PEAK)
 
 
-@dataclass(frozen=True)
 class MotionOfBody(Motion):
     """Its largest values, too, and what its suspension sends into the ground."""
 
@@ -71,8 +66,7 @@ class MotionOfBody(Motion):
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Energy:
+class Energy(Group):
     """Of one kind, at the operating speed."""
 
     ROOT: ClassVar[str]
@@ -84,7 +78,6 @@ class Energy:
     peak: Any = q("", "J", "largest {kind} energy over a turn")
 
 
-@dataclass(frozen=True)
 class KineticEnergy(Energy):
     """The one that stands in the first table."""
 
@@ -105,8 +98,7 @@ _WAYS = "operation balance"
 _ALONE = "of throws and balance weights, without pistons, counterweights and shafts"
 
 
-@dataclass(frozen=True)
-class OperationsEnergy:
+class OperationsEnergy(Group):
     """Of one kind, of all operations with all balances; the angle of weights is to the pistons."""
 
     ROOT: ClassVar[str]
@@ -136,8 +128,7 @@ class OperationsPotential(OperationsEnergy):
     WORDS: ClassVar = {"kind": "potential"}
 
 
-@dataclass(frozen=True)
-class OverSpeed:
+class OverSpeed(Group):
     """Over the range of speeds."""
 
     ROOT: ClassVar[str] = "response/run_up"
@@ -145,8 +136,7 @@ class OverSpeed:
     potential_energy: Any = q("speed", "J", "mean potential energy over a turn at each speed")
 
 
-@dataclass(frozen=True)
-class LeftOut:
+class LeftOut(Group):
     """Intervals of speed about undamped resonances."""
 
     ROOT: ClassVar[str] = "response/resonances_skipped"
@@ -166,8 +156,7 @@ _CHANGE = "change direction"
 _TIME = "{time}"
 
 
-@dataclass(frozen=True)
-class Change:
+class Change(Group):
     """Of one way of changing; histories hold the largest or smallest sample of each interval."""
 
     ROOT: ClassVar[str]
@@ -185,7 +174,6 @@ class Change:
     translation_low: Any = q(f"{_CHANGE} {_TIME}", "m", f"smallest displacement {_POINT}")
 
 
-@dataclass(frozen=True)
 class Instant(Change):
     """At once; the worst angle is that of the crank with the largest kinetic energy of all."""
 
@@ -195,7 +183,6 @@ class Instant(Change):
     worst_kinetic_energy_peak: Any = named("change", "J", "kinetic energy peak at that angle")
 
 
-@dataclass(frozen=True)
 class Reversal(Change):
     """Through rest."""
 
@@ -206,8 +193,7 @@ class Reversal(Change):
     slow_kinetic_energy: Any = named("change", "J", "kinetic energy peak, quasi-static passage")
 
 
-@dataclass(frozen=True)
-class Passages:
+class Passages(Group):
     """Where orders meet modes on the way through rest.
 
     Haste is the order times the acceleration over the square of damping ratio times frequency.
@@ -222,8 +208,7 @@ class Passages:
     haste: Any = q("passage", "", "haste; above 1 the resonance does not build up")
 
 
-@dataclass(frozen=True)
-class BesidesChanges:
+class BesidesChanges(Group):
     """What the changes are held against."""
 
     ROOT: ClassVar[str] = "response/switching"
