@@ -72,16 +72,18 @@ def lead(
     pick: str = "largest",
     unless: str = "",
     about: str = "",
+    each: str = "",
     **more: Any,
 ) -> Any:
     """A result that stands in the first table under its name, in the unit that people read.
 
-    `read` is that unit where it is not the usual one, `about` words that the table does without.
+    `read` is that unit where it is not the usual one, `about` words that the table does without;
+    `each` is what one of several entries is called.
     Where the group has a field `X_speed` for a field X, it is the speed at which X is met.
     """
     headline = Headline(name, read or READ.get(unit, unit), pick, unless=unless)
     long_name = f"{name}, {about}" if about else name
-    return q(axes, unit, long_name, amplitude, headline=headline, **more)
+    return q(axes, unit, long_name, amplitude, headline=headline, name=each, **more)
 
 
 def entries_of(*groups: type[Group]) -> Iterator[Entry]:
