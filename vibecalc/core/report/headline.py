@@ -1,6 +1,7 @@
 """What the reader looks for first: a few results by name, in the units people read, four digits."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -13,17 +14,19 @@ from vibecalc.core.report.goals import (
     VARIABLE,
     bound_units,
     in_unit,
+    key_words,
     label_of,
 )
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
 from vibecalc.core.report.verdicts import bounds_of, entry_in_words, place_of
-from vibecalc.core.report.writing import decibels, number, read, rpm, show, table
+from vibecalc.core.report.writing import decibels, number, read, rpm, short, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import (
     BARRED,
     BROKEN,
     KEPT,
+    READ,
     UNDECIDED,
     Estimate,
     Headline,
@@ -44,6 +47,8 @@ _MOST_EACH = 12
 _FEW = 3
 #: groups of what studies found
 _STUDIES = (PREFIX, "find/", FITTED)
+#: the reference of a level, in words on it
+_REFERENCE = re.compile(r"dB re [\d.e-]+ [\w^/*]+")
 _SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
 _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
 
@@ -83,11 +88,16 @@ def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
     """The first table of a result as a block; nothing if there is nothing to show."""
     rows = []
     for one in with_limits(result, limits):
-        words = dict.fromkeys(map(_held, one.limits)), dict.fromkeys(map(_share, one.limits))
-        held, shares = ("\n".join(each) for each in words)
-        rows.append([one.name, one.shown, read(one.unit), one.where, held, shares])
-    heads = ("result", number("value"), "unit", "where", "limit", number("util.\n%"))
-    return table(heads, rows)
+        held = "\n".join(dict.fromkeys(map(_held, one.limits)))
+        rows.append([one.name, one.shown, read(_told_unit(one)), one.where, held])
+    return table(("result", number("value"), "unit", "where", "limit"), rows)
+
+
+def _told_unit(answer: Answer) -> str:
+    """The unit; of a level with its reference, where that is the same in every case."""
+    known = CATALOGUE.get(answer.path) if answer.unit == "dB" else None
+    found = _REFERENCE.search(known.long_name) if known else None
+    return found[0] if found else answer.unit
 
 
 def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
@@ -179,19 +189,15 @@ def _own_row(limit: Verdict) -> Answer:
 
 
 def _held(limit: Verdict) -> str:
-    """Each bound with the verdict, `max 400 kept`; capitals where that is not as expected."""
-    known = CATALOGUE.get(limit.quantity)
-    flag = known is not None and known.flag and limit.max == 0.0
-    bounds = "must be no," if flag else ", ".join(bounds_of(limit))
-    return f"{bounds} {limit.state if limit.satisfied else limit.state.upper()}"
-
-
-def _share(limit: Verdict) -> str:
-    """Utilisation of an upper bound in percent, where that is not the result itself."""
-    known = limit.max is not None and limit.max > 0.0 and math.isfinite(limit.utilisation)
-    if not known or limit.unit == "dB" or limit.quantity.endswith(_UTILISATION):
-        return ""
-    return show(100.0 * limit.utilisation)
+    """Bounds, utilisation and verdict, `max 400 (24.5 %) kept`; capitals where that is not as
+    expected. What is a utilisation itself has none."""
+    verdict = limit.state if limit.satisfied else limit.state.upper()
+    entry = CATALOGUE.get(limit.quantity)
+    if entry is not None and entry.flag and limit.max == 0.0:
+        return f"must be no, {verdict}"
+    known = math.isfinite(limit.utilisation) and limit.unit != "%"
+    use = f"({show(100.0 * limit.utilisation, digits=3)} %) " if known else ""
+    return f"{', '.join(bounds_of(limit))} {use}{verdict}"
 
 
 def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[Answer]:
@@ -235,12 +241,12 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
             text, unit = label_of(case, path, value), ""
         elif path.startswith(FITTED):
             off, _ = in_unit(record[f"fit/standard_error/{name}"], unit)
-            words = f"+- {show(off, digits=2)}" if math.isfinite(off) else "not told by the points"
+            words = f"+- {show(off, digits=2)}" if math.isfinite(off) else "not identifiable"
             text = show(value)
         elif path.startswith(VARIABLE):
             words = _SIDES.get(int(scalar_of(record, f"{PREFIX}active_bound/{name}") or 0), "")
         elif path.startswith("find/") and path.endswith("/value"):
-            name = " ".join(path.split("/")[:-1])
+            name = _sought(case, path.split("/")[1])
         elif path == f"{PREFIX}objective":
             goal = str(table_of(case, "optimisation", "objective").get("quantity") or path)
             name, unit = read_as(goal, quantity.unit)
@@ -252,6 +258,13 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
         else:
             continue
         yield Answer(name, text, unit, words, path, value)
+
+
+def _sought(case: Mapping[str, Any], search: str) -> str:
+    """What a [[find]] changes and its name: `rod length (rod_10_db)`."""
+    rows: Any = case.get("find") or ()
+    keys = [str(one["key"]) for one in rows if one.get("name") == search]
+    return f"{key_words(keys, case)[0]} ({search})" if keys else search
 
 
 def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]:
@@ -277,10 +290,11 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         if there is not None:
             speed, unit = there
             met = {"rad/s": _rpm(speed), "Hz": f"at {show(speed)} Hz"}
-            words.append(met.get(unit, f"at ratio {show(speed)}"))
+            words.append(met.get(unit, f"at frequency ratio {show(speed)}"))
         entry = {axis.name: entry_text(axis, k)
                  for axis, k in zip(quantity.axes, place, strict=True)}  # fmt: skip
-        where = "" if zero and one.pick == "largest" else " ".join(words)
+        where = ", ".join(words).replace(", at ", " at ")
+        where = "" if zero and one.pick == "largest" else where
         yield _row(one, quantity, value, where)._replace(entry=entry)
 
 
@@ -300,17 +314,17 @@ def _same_entry(
 
 
 def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
-    """The entry of each axis in words: `mount 1, direction z`, `at 305.8 rpm`."""
-    words, speeds = list[str](), list[str]()
-    for axis, at in zip(quantity.axes, place, strict=True):
-        value, name = axis.values[at], axis.name.rsplit(".", 1)[-1]
-        shown = f"{float(value):.6g}" if axis.values.dtype.kind == "f" else str(value)
-        shown = f"{show(1e3 * float(value))} mm" if axis.unit == "m" else shown
-        if axis.unit == "rad/s":
-            speeds.append(_rpm(float(value)))
-        else:
-            words.append(entry_in_words(name, shown))
-    return [", ".join(words)] * bool(words) + speeds
+    """The entry of each axis in words: `mount 1`, `at 305.8 rpm`, `clearance 0.254 mm`."""
+    names = key_words([axis.name for axis in quantity.axes], {})
+    words = []
+    for axis, name, at in zip(quantity.axes, names, place, strict=True):
+        value, unit = axis.values[at], READ.get(axis.unit, axis.unit)
+        shown = str(value)
+        if axis.values.dtype.kind == "f":
+            shown = f"{short(float(value) * convert(1.0, axis.unit, unit))} {unit}".rstrip()
+        turns = axis.unit == "rad/s"
+        words.append(_rpm(float(value)) if turns else entry_in_words(name, shown))
+    return words
 
 
 def _rpm(speed: float) -> str:
