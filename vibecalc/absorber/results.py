@@ -274,7 +274,6 @@ class StockDampers(Group):
 class Pairs(Group):
     """The response with every pair of parts in stock."""
 
-    ROOT: ClassVar[str]
     peak: Any = q("stock_spring stock_{part}", "",
         "largest response with these springs and this {part}")  # fmt: skip
     penalty: Any = q("stock_spring stock_{part}", "", _PENALTY, exempt=DIFFERENCE)

@@ -30,7 +30,6 @@ class WeightsFound(Group):
 class Shaking(Group):
     """What acts by order, and of all orders together."""
 
-    ROOT: ClassVar[str]
     force: Any = q("order", "N", "largest force over a turn, {how}", PEAK)
     couple: Any = q("order", "N*m", "largest couple across the crankshaft over a turn, {how}", PEAK)
     roll_couple: Any = q("order", "N*m", "couple about the crankshaft, {how}", PEAK)

@@ -22,7 +22,6 @@ class BearingLoad(Group):
     """
 
     WORDS: ClassVar[dict[str, str]]
-    ROOT: ClassVar[str]
     force: Any = q("{bearing} direction crank_angle", "N", "{what}")
     peak: Any = lead("{bearing}", "N", "{load} load, peak", read="kN", about="{what}")
     peak_angle: Any = q(

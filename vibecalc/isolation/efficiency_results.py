@@ -13,7 +13,6 @@ _GROUND = "{what}{about} on the ground, on mounts"
 class OfVector(Group):
     """Of the length of a vector."""
 
-    ROOT: ClassVar[str]
     held: Any = q(_ORDERS, "{unit}", _HELD, PEAK)
     held_rms: Any = q("", "{unit}", f"{_HELD}, over the cycle", RMS)
     held_peak: Any = q("", "{unit}", f"{_HELD}, largest over the cycle", PEAK)

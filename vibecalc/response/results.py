@@ -18,7 +18,6 @@ _POINT = "of the reference point"
 class Modes(Group):
     """Of a body on its suspension; its natural frequencies stand `elsewhere` in the first table."""
 
-    ROOT: ClassVar[str]
     natural_frequency: Any = lead(
         "mode", "rad/s", "natural frequency", pick="ends", unless="{elsewhere}"
     )
@@ -42,7 +41,6 @@ class ModesOfBody(Modes):
 class Motion(Group):
     """Of a body at the operating speed."""
 
-    ROOT: ClassVar[str]
     translation_harmonics: Any = q(_ORDERS, "m", f"displacement {_POINT}", PEAK)
     rotation_harmonics: Any = q(_ORDERS, "rad", "rotation", PEAK)
 
@@ -69,7 +67,6 @@ class MotionOfBody(Motion):
 class Energy(Group):
     """Of one kind, at the operating speed."""
 
-    ROOT: ClassVar[str]
     mean_by_order: Any = q("order", "J", "mean {kind} energy of one order over its cycle",
         name="{kind} energy by order, mean")  # fmt: skip
     peak_by_order: Any = q("order", "J", "largest {kind} energy of one order alone",
@@ -101,7 +98,6 @@ _ALONE = "of throws and balance weights, without pistons, counterweights and sha
 class OperationsEnergy(Group):
     """Of one kind, of all operations with all balances; the angle of weights is to the pistons."""
 
-    ROOT: ClassVar[str]
     mean: Any = q(_WAYS, "J", "mean {kind} energy over a turn")
     peak: Any = q(_WAYS, "J", "largest {kind} energy over a turn")
     mean_low: Any = q(_WAYS, "J", "mean {kind} energy at the best angle of the weights")
@@ -159,7 +155,6 @@ _TIME = "{time}"
 class Change(Group):
     """Of one way of changing; histories hold the largest or smallest sample of each interval."""
 
-    ROOT: ClassVar[str]
     translation_peak: Any = lead(_CHANGE, "m", "displacement, {how}, peak", PEAK, about=_POINT)
     rotation_peak: Any = q(_CHANGE, "rad", "rotation in the change, peak", PEAK)
     ground_force_peak: Any = q(_CHANGE, "N", "force on the ground in the change, peak", PEAK)

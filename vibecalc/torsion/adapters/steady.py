@@ -9,7 +9,7 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separation
 from vibecalc.torsion.adapters.excitation import emit_excitation
-from vibecalc.torsion.adapters.modes import emit_modes
+from vibecalc.torsion.adapters.modes import ModeCopies, emit_modes
 from vibecalc.torsion.adapters.motion import Motion, emit_readings, readings_of, solved
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup, placed
 from vibecalc.torsion.adapters.variants import emit_healthy
@@ -40,10 +40,11 @@ def run_torsion(scene: Scene) -> None:
 
         setup = coupled(setup)
     scene.handed_on["torsion"] = setup[1:]
+    moved = ModeCopies(setup)
     if _wants(scene, "modes/"):
-        emit_modes(scene, setup)
+        emit_modes(scene, setup, moved)
     if _wants(scene, "excitation/"):
-        emit_excitation(scene, setup)
+        emit_excitation(scene, setup, moved)
     if setup.shaft.station_laws:
         emit_dampings(scene, setup)
     if scene.wants(*_STEADY):
