@@ -42,6 +42,8 @@ _MOST_EACH = 12
 _FEW = 3
 #: groups of what studies found
 _STUDIES = (PREFIX, "find/", FITTED)
+#: head of the column of limits, and of one with utilisations
+LIMIT_HEADS = ("limit", "limit (util.)")
 #: the reference of a level, in words on it
 _REFERENCE = re.compile(r"dB re [\d.e-]+ [\w^/*]+")
 _SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
@@ -65,7 +67,8 @@ def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
     """The first table of a result as a block; nothing if there is nothing to show."""
     rows = [[one.name, one.shown, read(_told_unit(one)), one.where, one.limit]
             for one in with_limits(result, limits)]  # fmt: skip
-    return table(("result", number("value"), "unit", "where", "limit"), rows)
+    limit = LIMIT_HEADS["%)" in "".join(row[-1] for row in rows)]
+    return table(("result", number("value"), "unit", "where", limit), rows)
 
 
 def _told_unit(answer: Answer) -> str:
@@ -87,9 +90,9 @@ def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
             at = same[-1] + 1 if same else len(answers)
             answers.insert(at, _own_row(limit))
         one = answers[at]
-        words = dict.fromkeys([*one.limit.splitlines(), _held(limit, one.unit)])
-        missed = one.missed or not limit.satisfied
-        answers[at] = one._replace(limit="\n".join(words), missed=missed)
+        words, missed = _held(limit, one.unit), one.missed or not limit.satisfied
+        words = one.limit if words in one.limit else f"{one.limit}\n{words}".lstrip()
+        answers[at] = one._replace(limit=words, missed=missed)
     return sorted(answers, key=_urgency)
 
 
@@ -97,7 +100,10 @@ def _urgency(answer: Answer) -> int:
     """What studies found comes first, then what is limited, the broken limits before the others."""
     if answer.path.startswith(_STUDIES):
         return 0
-    return 3 if not answer.limit else 2 if answer.limit.endswith(KEPT) else 1
+    if not answer.limit:
+        return 3
+    bounds = [line for line in answer.limit.splitlines() if not line.startswith("(")]
+    return 2 if bounds[-1].endswith(KEPT) else 1
 
 
 def _is_about(answer: Answer, limit: Verdict) -> bool:
@@ -122,13 +128,13 @@ def _own_row(limit: Verdict) -> Answer:
 
 
 def _held(limit: Verdict, unit: str) -> str:
-    """Bounds, utilisation and verdict, `max 400 (24.5 %) kept`; capitals where that is not as
-    expected. What is a utilisation itself has none."""
+    """Bounds with the verdict, `max 400 kept`, capitals where that is not as expected; below them
+    the utilisation, where that is not the number itself."""
     verdict = limit.state if limit.satisfied else limit.state.upper()
     bounds = ", ".join(bounds_of(limit, convert(1.0, limit.unit, unit)))
     known = math.isfinite(limit.utilisation) and unit != "%"
-    use = f"({show(100.0 * limit.utilisation, digits=3)} %) " if known else ""
-    return f"{bounds} {use}{verdict}"
+    use = f"\n({show(100.0 * limit.utilisation, digits=3)} %)" if known else ""
+    return f"{bounds} {verdict}{use}"
 
 
 def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[Answer]:
