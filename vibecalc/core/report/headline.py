@@ -227,8 +227,8 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
             there = float(speed.values.flat[at])
             said = {"rad/s": _rpm(there), "Hz": f"at {show(there)} Hz"}
             words.append(said.get(speed.unit, f"at frequency ratio {show(there)}"))
-        place = ", ".join(words).replace(", at ", " at ")
-        yield _row(one, quantity, value, "" if zero and one.pick == "largest" else place)
+        where = ", ".join(words).replace(", at ", " at ")
+        yield _row(one, quantity, value, "" if zero and one.pick == "largest" else where)
 
 
 def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
