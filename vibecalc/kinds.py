@@ -90,7 +90,7 @@ class Kind(NamedTuple):
     gas: Literal["", "said", "turn"] = ""
     exclusive: Places = ()
     foreign: Places = ()
-    instead: str = "a machine of kind 'compressor', whose motor finds the speed"
+    instead: str = "a machine of kind 'compressor', whose motor determines the speed"
     hints: Mapping[KeyPath, str] = MappingProxyType({})
 
 
@@ -271,7 +271,7 @@ def _stages(row: Row, kind: Kind, lacking: list[str], finds: bool) -> Iterator[P
         if others:
             yield row.problem(
                 others[0],
-                f"{_need(others)} machine.speed, which the motor of this machine finds",
+                f"{_need(others)} machine.speed, but the motor of this machine determines it",
                 allowed=", ".join(f"[response.{name}]" for name in ROLL) + " with such a motor",
                 hint=f"with such a motor {running}"
                 if others[0] == ("excitation",)
