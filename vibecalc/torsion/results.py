@@ -7,10 +7,9 @@ damps.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, named, q
+from vibecalc.core.results.described import Group, entries_of, lead, named, q
 from vibecalc.core.results.record import (
     CANCELS,
     CHECK,
@@ -142,8 +141,7 @@ STEADY = under(
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class PowerBalance:
+class PowerBalance(Group):
     """Mean torques on their own shafts and mean powers at the operating speed."""
 
     ROOT: ClassVar[str] = f"{ROOT}/power_balance"

@@ -21,7 +21,6 @@ from vibecalc.core.report.html import (
     html_written,
     link,
 )
-from vibecalc.core.report.plots import make, pictures_of, vector_picture
 from vibecalc.core.report.sections import Section, other, read_as, section, stacked, table_of
 from vibecalc.core.report.text import OF_STUDIES, identity
 from vibecalc.core.report.verdicts import bounds_of, judge_references, place_of
@@ -160,7 +159,7 @@ def summary(result: Result) -> list[str]:
 
 
 def _verdict(limits: Sequence[Verdict]) -> str:
-    return pages.conclusion([], limits) or "The case sets no limit, so none is judged."
+    return pages.conclusion([], limits) or "The case sets no limits."
 
 
 def assumptions(result: Result) -> list[str]:
@@ -270,6 +269,8 @@ class _Maker:
     def part(self, where: str) -> Below | None:
         """One of them; the details of a section are for the appendix."""
         if ":" not in where:
+            from vibecalc.core.report.plots import make
+
             return self.picture(partial(make, self.result, where))
         found: Any = named(where)(self.result)
         title, lines = "", found
@@ -284,6 +285,8 @@ class _Maker:
 
     def picture(self, maker: "Callable[[], Figure | None]") -> Below | None:
         """A picture with its number."""
+        from vibecalc.core.report.plots import vector_picture
+
         found = vector_picture(maker)
         if found is None:
             return None
@@ -300,6 +303,8 @@ class _Maker:
 
         Pictures of the subject `of` itself that no chapter names are for the full report.
         """
+        from vibecalc.core.report.plots import pictures_of
+
         known = {part for one in calculation.chapters for part in (*one.parts, *one.details)}
         left = pictures_of(self.result).keys() - known
         left -= set() if self.full or of is None else of.pictures.keys()
