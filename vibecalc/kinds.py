@@ -245,7 +245,7 @@ def check_kinds(row: Row) -> Iterator[Problem]:
     elif finds and "speed" in machine:
         yield row.problem(
             "speed",
-            f"the speed is given twice: a motor of kind {motor!r} finds it",
+            f"the speed is given twice: a motor of kind {motor!r} determines it",
             allowed="no speed with such a motor, or a motor of kind 'torque_harmonics'",
             hint="the motor brings the machine to the speed at which its torque meets the demand",
             also="motor.kind",

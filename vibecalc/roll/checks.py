@@ -70,7 +70,7 @@ def _pistons(case: Case) -> Iterator[Problem]:
             yield Problem(
                 path=(*CYLINDERS, place, "reciprocating_mass"),
                 message=f"the piston of cylinder {cylinder.name!r} has a negative mass: what "
-                "moves with it has the rod's share in it",
+                "moves with it includes the rod's share",
                 found=f"{mass:.6g} kg, with {share:.6g} kg of the rod",
                 allowed=f">= {share:.6g} kg",
                 also=("machine", "crank_train", "rod"),

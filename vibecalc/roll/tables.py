@@ -81,7 +81,7 @@ class Roll(Table):
     method: RollMethod = key("Gauss collocation on panels, or another method", "collocation")
     orders: int = key("highest harmonic of the spectra", 10, strict=True, ge=1, le=400)
     points: Annotated[int, Field(strict=True, ge=1, le=4096)] | None = key(
-        "nodes of each panel (collocation) or of a turn (fourier); default: as the tolerance needs",
+        "nodes of each panel (collocation) or of a turn (fourier); default: from the tolerance",
         None,
     )
     step: Time | None = key("time step, for the methods euler and rk4", None, gt=0)

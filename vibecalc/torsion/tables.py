@@ -141,7 +141,7 @@ class VariableInertia(Table):
     """The variable inertia of the crank train over a revolution."""
 
     orders: Annotated[int, Field(strict=True, ge=1, le=400)] | None = key(
-        "highest harmonic of the motion; default: as the tolerance needs", None
+        "highest harmonic of the motion; default: from the tolerance", None
     )
 
 
