@@ -34,17 +34,22 @@ class Response(Group):
     relative_curve: Any = q("curve frequency_ratio", "",
         "motion of the absorber against the primary, as a ratio, complex", PEAK)  # fmt: skip
     frequency: Any = q("frequency_ratio", "rad/s", "frequency of the excitation")
-    largest: Any = q("curve", "", "largest response at any frequency", headline=_LARGEST)
+    largest: Any = q("curve", "", "largest response at any frequency", headline=_LARGEST,
+        name="largest response of the primary")  # fmt: skip
     largest_frequency_ratio: Any = q("curve", "",
         "where that is, over the primary's own frequency; infinite for a limit at high frequency",
+        name="frequency ratio of the largest response",
     )  # fmt: skip
     largest_travel: Any = lead("curve", "", _TRAVEL, pick="first", unless=_TUNED)
     natural_frequency_ratio: Any = q("mode", "",
         "undamped natural frequencies over the primary's own; infinite where parts are locked",
+        name="undamped natural frequency ratio",
     )  # fmt: skip
-    antiresonance: Any = q("", "", "frequency at which an undamped absorber stops the primary")
-    locked_frequency_ratio: Any = q("", "", "natural frequency with the absorber locked")
-    primary_frequency: Any = q("", "rad/s", "natural frequency of the primary alone")
+    antiresonance: Any = q("", "", "frequency at which an undamped absorber stops the primary",
+        name="frequency ratio of the antiresonance")  # fmt: skip
+    locked_frequency_ratio: Any = q("", "", "natural frequency with the absorber locked",
+        name="natural frequency ratio, absorber locked")  # fmt: skip
+    primary_frequency: Any = named("", "rad/s", "natural frequency of the primary alone")
     pole: Any = q("pole", "", "damped pole over the primary's own frequency, complex")
 
 
@@ -63,8 +68,10 @@ class Peaks(Group):
     """Maxima of all curves."""
 
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/peak"
-    magnitude: Any = q("curve peak", "", "maxima of the response; 0: none")
-    frequency_ratio: Any = q("curve peak", "", "frequency ratios of the maxima; 0: none")
+    magnitude: Any = q("curve peak", "", "maxima of the response; 0: none",
+        name="maximum of the response")  # fmt: skip
+    frequency_ratio: Any = q("curve peak", "", "frequency ratios of the maxima; 0: none",
+        name="frequency ratio of a maximum")  # fmt: skip
 
 
 class FixedPoints(Group):
@@ -72,8 +79,9 @@ class FixedPoints(Group):
 
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/fixed_point"
     frequency_ratio: Any = q("fixed_point", "",
-        "frequency at which the absorber's damping does not matter")  # fmt: skip
-    magnitude: Any = q("fixed_point", "", "response at the fixed point")
+        "frequency at which the absorber's damping does not matter",
+        name="frequency ratio")  # fmt: skip
+    magnitude: Any = q("fixed_point", "", "response at the fixed point", name="response")
 
 
 # ----------------------------------------------------------------------------
@@ -86,18 +94,22 @@ class Tuning(Group):
 
     ROOT: ClassVar[str] = TUNING_ROOT
     peak: Any = lead("", "", "largest response of the primary, tuned")
-    peak_alone: Any = lead("", "", "the same without the absorber", about="at any frequency")
+    peak_alone: Any = lead(
+        "", "", "largest response without the absorber", about="at any frequency"
+    )
     peak_less_one: Any = q("", "", "largest response less 1, with its own error")
     mean_square: Any = lead("", "", "mean square response, tuned",
         about="integral over all frequencies")  # fmt: skip
-    mean_square_alone: Any = lead("", "", "the same without the absorber", about="mean square")
-    mass_ratio: Any = q("", "", "inertia of the absorber over that of the primary")
-    primary_damping: Any = named("", "", "damping of the primary, c1/(2 sqrt(K1 J1))")
-    stiffness_ratio: Any = lead("", "", "stiffness ratio, tuned",
-        about="absorber over primary", unless=f"{TUNING_ROOT}/secondary_frequency")  # fmt: skip
-    damping_over_primary_critical: Any = lead("", "", "damping of the absorber, c2/(2 sqrt(K1 J1))",
+    mean_square_alone: Any = lead("", "", "mean square response without the absorber")
+    mass_ratio: Any = q("", "", "inertia of the absorber over that of the primary",
+        name="mass ratio, absorber / primary")  # fmt: skip
+    primary_damping: Any = named("", "", "damping ratio of the primary")
+    stiffness_ratio: Any = lead("", "", "stiffness ratio, absorber / primary",
+        about="tuned", unless=f"{TUNING_ROOT}/secondary_frequency")  # fmt: skip
+    damping_over_primary_critical: Any = lead("", "",
+        "damping of the absorber / critical damping of the primary",
         unless=f"{TUNING_ROOT}/absorber_damping_ratio")  # fmt: skip
-    absorber_damping_ratio: Any = lead("", "", "damping ratio of the absorber, c2/(2 J2 w2)")
+    absorber_damping_ratio: Any = lead("", "", "damping ratio of the absorber")
     travel: Any = lead("", "", _TRAVEL, unless=f"{RESPONSE_ROOT}/motion/in_band/travel")
     certificate: Any = q("", "", "remainder of the gradients: 0 for an optimum",
         exempt=CHECK, diagnostic=True)  # fmt: skip
@@ -136,7 +148,7 @@ class EachTuned(Group):
         pick="each", unless=_BUILT, exempt=DIFFERENCE)  # fmt: skip
     damping_over_primary_critical: Any = q("absorber", "",
         "damping of absorber, c2 / (2 sqrt(K1 J1))", exempt=DIFFERENCE)  # fmt: skip
-    absorber_damping_ratio: Any = lead("absorber", "", "damping ratio of absorber, c2/(2 J2 w2)",
+    absorber_damping_ratio: Any = lead("absorber", "", "damping ratio of absorber",
         pick="each", unless=_BUILT, exempt=DIFFERENCE)  # fmt: skip
     torsional_stiffness: Any = lead("absorber", "N*m/rad", "spring of absorber",
         pick="each", exempt=DIFFERENCE)  # fmt: skip
@@ -153,16 +165,20 @@ class EachTuned(Group):
         "largest motion of each absorber against what carries it", exempt=DIFFERENCE)  # fmt: skip
 
 
-#: what a tuning finds, said of several tunings
+#: what a tuning finds, said of several tunings, and in short
 _FOUND = (
-    ("stiffness_ratio", "stiffness of the absorber over that of the primary"),
-    ("damping_over_primary_critical", "damping of the absorber, c2 / (2 sqrt(K1 J1))"),
-    ("peak", "largest response of the primary"),
-    ("absorber_damping_ratio", "damping of the absorber on its own frequency, c2 / (2 J2 w2)"),
+    ("stiffness_ratio", "stiffness of the absorber over that of the primary", "stiffness ratio"),
+    (
+        "damping_over_primary_critical",
+        "damping of the absorber, c2 / (2 sqrt(K1 J1))",
+        "damping / critical damping of the primary",
+    ),
+    ("peak", "largest response of the primary", "peak response"),
+    ("absorber_damping_ratio", "damping ratio of the absorber", "damping ratio"),
 )
 #: other tunings, in tables below that of the best one: their axes and words
 _OTHERS = (
-    *(entry(f"{TUNING_ROOT}/method/{name}", "method", "", words) for name, words in _FOUND[:3]),
+    *(entry(f"{TUNING_ROOT}/method/{name}", "method", "", words) for name, words, _ in _FOUND[:3]),
     entry(f"{TUNING_ROOT}/method/promised", "method", "", "peak predicted by the formula"),
     entry(f"{TUNING_ROOT}/method/loss", "method", "",
         "objective over its optimum, less 1"),
@@ -171,16 +187,16 @@ _OTHERS = (
     entry(f"{TUNING_ROOT}/mistuning/worst", "share", "",
         "the same with the worst combination of such errors of spring and damper"),
     *(entry(f"{TUNING_ROOT}/sensitivity/{name}", "ratio", "",
-        f"derivative of the optimum {words}", exempt=DIFFERENCE) for name, words in _FOUND[:3]),
+        f"derivative of the optimum {words}", exempt=DIFFERENCE) for name, words, _ in _FOUND[:3]),
     *(entry(f"{TUNING_ROOT}/unbounded/{name}", "", "", f"{words}, without the bounds")
-        for name, words in _FOUND[:3]),
+        for name, words, _ in _FOUND[:3]),
     entry(f"{TUNING_ROOT}/unbounded/travel", "", "",
         "largest relative motion of the absorber, without the bounds"),
     entry(f"{TUNING_ROOT}/bounds/active", "tuning_bound", "", "1: this bound is active"),
     entry(f"{TUNING_ROOT}/bounds/penalty", "", "",
         "peak within the bounds over that without, less 1"),
-    *(entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"optimum {words}")
-        for name, words in _FOUND),
+    *(entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"optimum {words}",
+        name=f"optimum {short}") for name, words, short in _FOUND),
     entry(f"{TUNING_ROOT}/map/peak", "stiffness_ratio damping_over_primary_critical", "",
         "largest response around the optimum"),
 )  # fmt: skip
@@ -211,7 +227,9 @@ class Built(Group):
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/built"
     stiffness_ratio: Any = named("", "", "stiffness ratio, installed springs")
-    damping_over_primary_critical: Any = named("", "", f"damping, installed oil, {_PRIMARY}")
+    damping_over_primary_critical: Any = named(
+        "", "", "damping, installed oil / critical damping of the primary"
+    )
     spring_rate: Any = named("", "N/m", "rate of each installed spring")
     peak: Any = named("", "", "largest response with the installed parts")
     peak_frequency: Any = named("", "rad/s", "peak frequency, installed parts")
@@ -351,8 +369,8 @@ class Pendulum(Group):
     ROOT: ClassVar[str] = PENDULUM_ROOT
     order: Any = lead("", "", "order of the pendulum", about="of small swings")
     path_radius: Any = named("", "m", "radius of the path at its vertex")
-    path_exponent: Any = named("", "", "form of the path (0 circle, 1 cycloid)")
-    detuning: Any = named("", "1/rad^2", "change of order per swing squared")
+    path_exponent: Any = named("", "", "path exponent (0 circle, 1 cycloid)")
+    detuning: Any = named("", "1/rad^2", "relative change of order / swing squared")
     largest_swing: Any = lead("", "rad", "maximum swing of the pendulum on its path")
     mass_ratio: Any = named("", "", "mass ratio of the equivalent absorber")
     inertia: Any = named("", "kg*m^2", "inertia of the equivalent absorber")

@@ -106,7 +106,7 @@ def _orders(record: Record) -> list[str]:
     columns = [
         Cells(f"{when}/{name}", head)
         for name, words in _BY_ORDER
-        for when, head in (("before", f"{words}\nbefore"), ("after", "\nafter"))
+        for when, head in (("before", f"{words}\nwithout"), ("after", "\nwith"))
     ]
     return rows_of(record, Rows("order", "order", columns, ROOT, "{:g}", places=places))[0]
 
@@ -166,8 +166,8 @@ def _freedom(count: int, bounded: list[bool]) -> str:
     if each and not all(bounded):
         each += ", or of the largest maximum where it has none"
     return (
-        f"not unique: {count} of {len(2 * bounded)} unknowns are free; shown is the least sum of "
-        f"squares of the unbalances{each}"
+        f"not unique: {count} of {len(2 * bounded)} unknowns are free; the smallest weights are "
+        f"shown, by the sum of squares of the unbalances{each}"
     )
 
 

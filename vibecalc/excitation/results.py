@@ -47,8 +47,9 @@ class Counterweights(Group):
     """Of each counterweight at the operating speed."""
 
     ROOT: ClassVar[str] = "excitation/counterweight"
-    force: Any = q("counterweight", "N", "centrifugal force of a counterweight", PEAK)
-    couple: Any = q("counterweight", "N*m", f"its couple {ABOUT}", PEAK)
+    force: Any = named("counterweight", "N", "centrifugal force of a counterweight", PEAK)
+    couple: Any = q("counterweight", "N*m", f"its couple {ABOUT}", PEAK,
+        name="couple of a counterweight")  # fmt: skip
 
 
 class OfRod(Group):
@@ -120,12 +121,16 @@ class OfMotor(Group):
 
     ROOT: ClassVar[str] = "excitation/motor"
     axial_force: Any = q("order", "N", "axial force of skewed conductors", PEAK)
-    mean_force: Any = q("", "N", "axial force of the mean torque")
+    mean_force: Any = q("", "N", "axial force of the mean torque", name="mean axial force")
     sum_of_amplitudes: Any = q(
-        "", "N", "sum of the amplitudes of all orders, a bound of the peak", PEAK
+        "",
+        "N",
+        "sum of the amplitudes of all orders, a bound of the peak",
+        PEAK,
+        name="sum of the amplitudes of the axial force",
     )
     peak: Any = lead("", "N", "axial force of the motor, peak without mean", PEAK)
-    rms: Any = q("", "N", "axial force, mean apart", RMS)
+    rms: Any = q("", "N", "axial force, mean apart", RMS, name="axial force without mean")
 
 
 class OfPump(Group):

@@ -12,7 +12,11 @@ class OfPiston(Group):
     ROOT: ClassVar[str] = "kinematics"
     position_harmonics: Any = q("order", "m", "harmonics of piston position", PEAK)
     acceleration_harmonics: Any = q(
-        "order", "m/s^2", "harmonics of piston acceleration at operating speed", PEAK
+        "order",
+        "m/s^2",
+        "harmonics of piston acceleration at operating speed",
+        PEAK,
+        name="harmonic of the piston acceleration",
     )
     dropped_acceleration: Any = q(
         "", "m/s^2", "acceleration neglected by the chosen series or order", PEAK

@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import Group, entries_of, q
+from vibecalc.core.results.described import Group, entries_of, named, q
 from vibecalc.core.results.record import (
     CHECK,
     DIFFERENCE,
@@ -17,7 +17,7 @@ _RE = "dB re reference_level of the case"
 _RE_ANGULAR = "dB re angular_reference_level of the case"
 _UNSURE = {"exempt": UNCERTAINTY}
 _OF = "standard uncertainty of"
-_PHASE = "against the reference position"
+_PHASE = "relative to the reference position"
 _OF_RECORD = {"exempt": EXAMINED}
 _CIRCLE = {"circle": TURN}
 
@@ -37,7 +37,8 @@ AXES = {
 
 
 def _each(name: str) -> dict[str, Any]:
-    return {"headline": Headline(f"{name} level", "dB", pick="each")}
+    words = f"{name} level"
+    return {"headline": Headline(words, "dB", pick="each"), "name": words}
 
 
 class Whole(Group):
@@ -58,11 +59,13 @@ class Phase(Group):
     """Of the motion."""
 
     ROOT: ClassVar[str] = "measurement/phase"
-    translation: Any = q("order", "rad", f"phase of the origin {_PHASE}", **_CIRCLE)
-    roll: Any = q("order", "rad", f"phase of the roll {_PHASE}", **_CIRCLE)
-    pitch: Any = q("order", "rad", f"phase of the pitch {_PHASE}", **_CIRCLE)
-    roll_to_translation: Any = q("order", "rad", "phase of the roll against the origin", **_CIRCLE)
-    pitch_to_translation: Any = q(
+    translation: Any = named("order", "rad", f"phase of the origin {_PHASE}", **_CIRCLE)
+    roll: Any = named("order", "rad", f"phase of the roll {_PHASE}", **_CIRCLE)
+    pitch: Any = named("order", "rad", f"phase of the pitch {_PHASE}", **_CIRCLE)
+    roll_to_translation: Any = named(
+        "order", "rad", "phase of the roll against the origin", **_CIRCLE
+    )
+    pitch_to_translation: Any = named(
         "order", "rad", "phase of the pitch against the origin", **_CIRCLE
     )
 
@@ -71,7 +74,8 @@ class Levels(Group):
     """At named positions, of the motion and its parts."""
 
     ROOT: ClassVar[str] = "measurement/level"
-    standard: Any = q("position order", "dB", f"level of the total motion, {_RE}")
+    standard: Any = q("position order", "dB", f"level of the total motion, {_RE}",
+        name="level of the total motion")  # fmt: skip
     no_roll: Any = q("position order", "dB", f"level without the roll, {_RE}")
     no_pitch: Any = q("position order", "dB", f"level without the pitch, {_RE}")
     only_roll: Any = q("position order", "dB", f"level of the roll alone, {_RE}")
@@ -114,8 +118,10 @@ class Readings(Group):
 
     ROOT: ClassVar[str] = "measurement/reading"
     order: Any = q("reading", "", "harmonic of the reading")
-    read: Any = q("reading", "dB", "level read, dB re the reference of its kind")
-    computed: Any = q("reading", "dB", "level of the motion, re the same")
+    read: Any = q("reading", "dB", "level read, dB re the reference of its kind",
+        name="level read")  # fmt: skip
+    computed: Any = q("reading", "dB", "level of the motion, re the same",
+        name="level of the motion at a reading")  # fmt: skip
     residual: Any = q("reading", "dB", "level computed - level read", exempt=CHECK)
 
 
@@ -146,7 +152,8 @@ class Candidates(Group):
     translation_phase: Any = q("candidate", "rad", f"phase of the origin {_PHASE}", **_CIRCLE)
     roll_phase: Any = q("candidate", "rad", f"phase of the roll {_PHASE}", **_CIRCLE)
     pitch_phase: Any = q("candidate", "rad", f"phase of the pitch {_PHASE}", **_CIRCLE)
-    level: Any = q("candidate position", "dB", f"level at a position, {_RE}")
+    level: Any = q("candidate position", "dB", f"level at a position, {_RE}",
+        name="level of a compatible motion")  # fmt: skip
     level_bound: Any = q(
         "candidate position", "dB",
         "its maximum error for this motion, readings within their rounding",

@@ -67,8 +67,10 @@ class MotionOfBody(Motion):
 class Energy(Group):
     """Of one kind, at the operating speed."""
 
-    mean_by_order: Any = q("order", "J", "mean {kind} energy of one order over its cycle")
-    peak_by_order: Any = q("order", "J", "largest {kind} energy of one order alone")
+    mean_by_order: Any = q("order", "J", "mean {kind} energy of one order over its cycle",
+        name="{kind} energy by order, mean")  # fmt: skip
+    peak_by_order: Any = q("order", "J", "largest {kind} energy of one order alone",
+        name="{kind} energy by order, peak")  # fmt: skip
     mean: Any = q("", "J", "mean {kind} energy over a turn")
     peak: Any = q("", "J", "largest {kind} energy over a turn")
 
@@ -104,8 +106,8 @@ class OperationsEnergy(Group):
     peak_high: Any = q(_WAYS, "J", "largest {kind} energy at the worst angle of the weights")
     rotating_mean: Any = q(_WAYS, "J", f"mean {{kind}} energy {_ALONE}")
     rotating_peak: Any = q(_WAYS, "J", f"largest {{kind}} energy {_ALONE}")
-    difference: Any = q("balance", "J", "range of the mean {kind} energy over the operations")
-    weighted: Any = q("balance", "J", "mean {kind} energy, weighted over the operations")
+    difference: Any = named("balance", "J", "range of the mean {kind} energy over the operations")
+    weighted: Any = named("balance", "J", "mean {kind} energy, weighted over the operations")
 
 
 class OperationsKinetic(OperationsEnergy):
@@ -171,7 +173,7 @@ class Instant(Change):
     """At once; the worst angle is that of the crank with the largest kinetic energy of all."""
 
     ROOT: ClassVar[str] = "response/switching/instant"
-    WORDS: ClassVar = {"how": "change at once", "time": "instant_time"}
+    WORDS: ClassVar = {"how": "instantaneous change", "time": "instant_time"}
     worst_angle: Any = named("change", "rad", "worst crank angle", exempt=PLACE, circle=TURN)
     worst_kinetic_energy_peak: Any = named("change", "J", "kinetic energy peak at that angle")
 
@@ -205,7 +207,8 @@ class BesidesChanges(Group):
     """What the changes are held against."""
 
     ROOT: ClassVar[str] = "response/switching"
-    steady_energy: Any = q("operation", "J", "largest kinetic energy of the steady state")
+    steady_energy: Any = q("operation", "J", "largest kinetic energy of the steady state",
+        name="kinetic energy, peak")  # fmt: skip
 
 
 #: axis name -> (unit, long name)

@@ -159,7 +159,7 @@ def summary(result: Result) -> list[str]:
 
 
 def _verdict(limits: Sequence[Verdict]) -> str:
-    return pages.conclusion([], limits) or "The case sets no limit, so none is judged."
+    return pages.conclusion([], limits) or "The case sets no limits."
 
 
 def assumptions(result: Result) -> list[str]:

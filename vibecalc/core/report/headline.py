@@ -1,6 +1,7 @@
 """What the reader looks for first: a few results by name, in the units people read, four digits."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -13,15 +14,17 @@ from vibecalc.core.report.goals import (
     VARIABLE,
     bound_units,
     in_unit,
+    key_words,
     label_of,
 )
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
 from vibecalc.core.report.verdicts import bounds_of, place_of
-from vibecalc.core.report.writing import decibels, number, read, rpm, show, table
+from vibecalc.core.report.writing import decibels, number, read, rpm, short, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import (
     KEPT,
+    READ,
     Headline,
     Quantity,
     Record,
@@ -39,6 +42,8 @@ _MOST_EACH = 12
 _FEW = 3
 #: groups of what studies found
 _STUDIES = (PREFIX, "find/", FITTED)
+#: the reference of a level, in words on it
+_REFERENCE = re.compile(r"dB re [\d.e-]+ [\w^/*]+")
 _SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
 _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
 
@@ -58,9 +63,16 @@ class Answer(NamedTuple):
 
 def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
     """The first table of a result as a block; nothing if there is nothing to show."""
-    rows = [[one.name, one.shown, read(one.unit), one.where, one.limit]
+    rows = [[one.name, one.shown, read(_told_unit(one)), one.where, one.limit]
             for one in with_limits(result, limits)]  # fmt: skip
     return table(("result", number("value"), "unit", "where", "limit"), rows)
+
+
+def _told_unit(answer: Answer) -> str:
+    """The unit; of a level with its reference, where that is the same in every case."""
+    known = CATALOGUE.get(answer.path) if answer.unit == "dB" else None
+    found = _REFERENCE.search(known.long_name) if known else None
+    return found[0] if found else answer.unit
 
 
 def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
@@ -110,9 +122,13 @@ def _own_row(limit: Verdict) -> Answer:
 
 
 def _held(limit: Verdict, unit: str) -> str:
-    """Each bound with the verdict, `max 400 kept`; capitals where that is not as expected."""
+    """Bounds, utilisation and verdict, `max 400 (24.5 %) kept`; capitals where that is not as
+    expected. What is a utilisation itself has none."""
     verdict = limit.state if limit.satisfied else limit.state.upper()
-    return f"{', '.join(bounds_of(limit, convert(1.0, limit.unit, unit)))} {verdict}"
+    bounds = ", ".join(bounds_of(limit, convert(1.0, limit.unit, unit)))
+    known = math.isfinite(limit.utilisation) and unit != "%"
+    use = f"({show(100.0 * limit.utilisation, digits=3)} %) " if known else ""
+    return f"{bounds} {use}{verdict}"
 
 
 def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[Answer]:
@@ -156,12 +172,12 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
             text, unit = label_of(case, path, value), ""
         elif path.startswith(FITTED):
             off, _ = in_unit(record[f"fit/standard_error/{name}"], unit)
-            words = f"+- {show(off, digits=2)}" if math.isfinite(off) else "not told by the points"
+            words = f"+- {show(off, digits=2)}" if math.isfinite(off) else "not identifiable"
             text = show(value)
         elif path.startswith(VARIABLE):
             words = _SIDES.get(int(scalar_of(record, f"{PREFIX}active_bound/{name}") or 0), "")
         elif path.startswith("find/") and path.endswith("/value"):
-            name = " ".join(path.split("/")[:-1])
+            name = _sought(case, path.split("/")[1])
         elif path == f"{PREFIX}objective":
             goal = str(table_of(case, "optimisation", "objective").get("quantity") or path)
             name, unit = read_as(goal, quantity.unit)
@@ -172,6 +188,13 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
         else:
             continue
         yield Answer(name, text, unit, words, path, value)
+
+
+def _sought(case: Mapping[str, Any], search: str) -> str:
+    """What a [[find]] changes and its name: `rod length (rod_10_db)`."""
+    rows: Any = case.get("find") or ()
+    keys = [str(one["key"]) for one in rows if one.get("name") == search]
+    return f"{key_words(keys, case)[0]} ({search})" if keys else search
 
 
 def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]:
@@ -197,17 +220,20 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         if speed is not None and speed.values.shape == quantity.values.shape:
             there = float(speed.values.flat[at])
             said = {"rad/s": _rpm(there), "Hz": f"at {show(there)} Hz"}
-            words.append(said.get(speed.unit, f"at ratio {show(there)}"))
-        yield _row(one, quantity, value, "" if zero and one.pick == "largest" else " ".join(words))
+            words.append(said.get(speed.unit, f"at frequency ratio {show(there)}"))
+        place = ", ".join(words).replace(", at ", " at ")
+        yield _row(one, quantity, value, "" if zero and one.pick == "largest" else place)
 
 
 def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
-    """The entry of each axis in words: `mount 1`, `at 305.8 rpm`."""
+    """The entry of each axis in words: `mount 1`, `at 305.8 rpm`, `clearance 0.254 mm`."""
+    names = key_words([axis.name for axis in quantity.axes], {})
     words = []
-    for axis, at in zip(quantity.axes, place, strict=True):
-        value, name = axis.values[at], axis.name.rsplit(".", 1)[-1].replace("_", " ")
-        shown = f"{float(value):.6g}" if axis.values.dtype.kind == "f" else str(value)
-        shown = f"{show(1e3 * float(value))} mm" if axis.unit == "m" else shown
+    for axis, name, at in zip(quantity.axes, names, place, strict=True):
+        value, unit = axis.values[at], READ.get(axis.unit, axis.unit)
+        shown = str(value)
+        if axis.values.dtype.kind == "f":
+            shown = f"{short(float(value) * convert(1.0, axis.unit, unit))} {unit}".rstrip()
         words.append(_rpm(float(value)) if axis.unit == "rad/s" else f"{name} {shown}")
     return words
 
