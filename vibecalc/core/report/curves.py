@@ -548,7 +548,8 @@ class Plot:
     looks: list[tuple[str, str]] = field(default_factory=list)
     _names: set[str] = field(default_factory=set)
     _own: list[str] = field(default_factory=list)
-    _bars: list[np.ndarray] = field(default_factory=list)
+    #: places and heights
+    _bars: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
 
     def colour(self, name: str, given: str | None = None) -> tuple[str, str]:
         """Colour and dashes of the next curve, the same for one name in all panels."""
@@ -593,11 +594,11 @@ class Plot:
             if one.bars
         ]
         several, before = sum(map(len, each)), len(self._bars)
-        self._bars.append(np.nan_to_num(y))
+        self._bars.append((x, np.nan_to_num(y)))
         step = self._step(x)
         if self.panel.stacked:  # what is negative below zero
-            same = [np.where(y * one > 0.0, one, 0.0) for one in self._bars[:-1]]
-            bars(self.axes, x, self._bars[-1], 0.75 * step, np.sum(same, axis=0), **look)
+            same = [np.where(y * one > 0.0, one, 0.0) for _, one in self._bars[:-1]]
+            bars(self.axes, x, self._bars[-1][1], 0.75 * step, np.sum(same, axis=0), **look)
             return 0.0
         dots = "y" in self.panel.log
         width = (_DOTS if dots else 0.8) * step / several
@@ -605,7 +606,7 @@ class Plot:
         if dots:
             self.axes.plot(x + aside, y, "o", **look)
         else:
-            bars(self.axes, x + aside, self._bars[-1], 0.92 * width, **look)
+            bars(self.axes, x + aside, self._bars[-1][1], 0.92 * width, **look)
         return aside
 
     def _step(self, x: np.ndarray) -> float:
@@ -681,12 +682,14 @@ class Plot:
 
         On an axis that is not logarithmic only where most of it would be empty.
         """
-        x, log, size = self.drawn[0][0], "y" in self.panel.log, np.abs(np.array(self._bars))
+        log = "y" in self.panel.log
+        places, sizes = (np.concatenate([one[i] for one in self._bars]) for i in range(2))
+        x, size = np.unique(places), np.abs(sizes)
         low = self.axes.get_ylim()[0] if log else _UNSEEN * size.max()
-        seen = np.flatnonzero(np.any(size > low, axis=0))
-        if self.axis.name != "order" or not seen.size or (last := seen[-1]) + 1 >= x.size:
+        if self.axis.name != "order" or not np.any(size > low):
             return
-        if not log and last > _HALF * x.size:
+        last = int(np.searchsorted(x, places[size > low].max()))
+        if last + 1 >= x.size or (not log and last > _HALF * x.size):
             return
         self.axes.set_xlim(right=float(x[last]) + 0.7 * float(x[last + 1] - x[last]))
         small = "below the axis" if log else f"below {100.0 * _UNSEEN:g} % of the largest"
