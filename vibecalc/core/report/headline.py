@@ -24,7 +24,6 @@ from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, decidin
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import (
     KEPT,
-    READ,
     Headline,
     Quantity,
     Record,
@@ -236,7 +235,7 @@ def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
     names = key_words([axis.name for axis in quantity.axes], {})
     words = []
     for axis, name, at in zip(quantity.axes, names, place, strict=True):
-        value, unit = axis.values[at], READ.get(axis.unit, axis.unit)
+        value, unit = axis.values[at], "mm" if axis.unit == "m" else axis.unit
         shown = str(value)
         if axis.values.dtype.kind == "f":
             shown = f"{short(float(value) * convert(1.0, axis.unit, unit))} {unit}".rstrip()

@@ -236,12 +236,10 @@ def _broken(row: Verdict) -> str:
     limit = getattr(row, side)
     if limit is None or not math.isfinite(row.computed):
         return " violates its limit"
-    share = not row.unit and read_as(row.quantity, row.unit)[1] == "%"
-    computed, limit = (
-        show((100.0 if share else 1.0) * one, digits=4) for one in (row.computed, limit)
-    )
-    unit = f" {'%' if share else row.unit}".rstrip()
-    return f": {computed}{unit}, {side} {limit}"
+    unit = read_as(row.quantity, row.unit)[1]
+    factor = convert(1.0, row.unit, unit)
+    computed, limit = (show(factor * one, digits=4) for one in (row.computed, limit))
+    return f": {computed} {unit}".rstrip() + f", {side} {limit}"
 
 
 def _spoken(row: Verdict) -> str:
