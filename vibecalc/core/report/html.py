@@ -15,7 +15,7 @@ VERDICTS = (
     ("open", re.compile(r"\b(undecided|known)\b")),
     ("kept", re.compile(r"\b(kept|broken|within)\b")),
 )
-_JUDGED = ("limit", "limit (util.)", "verdict")
+_JUDGED = ("limit", "verdict")
 #: rows of a table from which on it may break over pages
 _LONG = 45
 
