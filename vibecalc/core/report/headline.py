@@ -124,11 +124,10 @@ def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
 def _in_unit(limit: Verdict, unit: str) -> Verdict:
     """The limit with its bounds and numbers in another unit."""
     factor = convert(1.0, limit.unit, unit)
-    sides = {side: None if bound is None else factor * bound
-             for side, bound in (("min", limit.min), ("max", limit.max))}  # fmt: skip
+    low, high = (None if one is None else factor * one for one in (limit.min, limit.max))
     return limit._replace(
         unit=unit, computed=factor * limit.computed, margin=factor * limit.margin,
-        error_estimate=limit.error_estimate * factor, **sides,
+        error_estimate=limit.error_estimate * factor, min=low, max=high,
     )  # fmt: skip
 
 
