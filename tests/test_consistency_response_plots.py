@@ -73,7 +73,7 @@ def test_switching_shows_envelope_energy_and_speed() -> None:
     made = figure(result, "switching")
     grid = np.array(made.axes).reshape(4, 2)
     assert [axes.get_title(loc="left") for axes in grid[0]] == [
-        "change via standstill", "change at once"
+        "change via standstill", "instantaneous change"
     ]  # fmt: skip
     assert grid[0, 0].get_ylabel() == "displacement\nin \u00b5m"
     stem = "response/switching/reversal"

@@ -105,7 +105,7 @@ OPERATIONS = Curves(
 # ----------------------------------------------------------------------------
 
 _SWITCHING = "response/switching"
-_WAYS = {"reversal": "change via standstill", "instant": "change at once"}
+_WAYS = {"reversal": "change via standstill", "instant": "instantaneous change"}
 #: the energy is drawn as the largest of so many intervals: single ones follow every swing
 _INTERVALS = 25
 
@@ -155,7 +155,7 @@ def _peaks(plot: Plot, way: str) -> None:
 
 
 def _speed(result: Result, way: str) -> Quantity | None:
-    """The crank speed, which a change at once leaves as it is."""
+    """The crank speed, which an instantaneous change leaves as it is."""
     found = result.record.quantities.get(f"{_SWITCHING}/{way}/speed")
     energy, speed = _energy(result, way), speed_of(result)
     if found is not None or energy is None or speed is None:
