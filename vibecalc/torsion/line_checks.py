@@ -445,13 +445,16 @@ def excitation_problems(
     case: Case, line: ShaftLine, layout: Layout, torsion: Torsion | None
 ) -> Iterator[Problem]:
     """Problems of [[machine.shaft_line.excitations]], and of a line without cylinders."""
-    if not has_crank_train(case.machine) and not line.excitations and torsion is not None:
+    change = None if torsion is None else torsion.transient
+    step = change is not None and change.kind not in PASSAGES
+    alone = step and torsion is not None and torsion.speeds is None
+    if not has_crank_train(case.machine) and not line.excitations and torsion and not alone:
         yield Problem(
             path=LINE,
             message="nothing excites this line: it has no cylinders and no excitations",
             allowed="excitations = [{ on = 'pump', blades = 5, shares = [0.05] }], for example",
-            hint="for natural and critical speeds or a transient alone, torques = ['0 N*m'] with "
-            "the orders that count",
+            hint="for natural and critical speeds or a run-up alone, torques = ['0 N*m'] with the "
+            "orders that count; a load step without speeds needs none",
         )
     if not line.excitations:
         return
@@ -464,7 +467,6 @@ def excitation_problems(
             allowed="no excitations in [machine.shaft_line] with it",
             also=(*LINE, "excitations", 0),
         )
-    change = None if torsion is None else torsion.transient
     if change is not None and change.kind in PASSAGES:
         yield from _followed_in_passages(line, layout)
     elif change is not None and change.clutch is not None:
