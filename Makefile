@@ -50,7 +50,7 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt \
 	  -e '.[plot,accuracy]' --group test
 	$(BIN)/python -m compileall -q -j $(WORKERS) -x '/(tests?|pip|setuptools|mypyc?|fontTools)/' \
-	  $(VENV)/lib vibecalc
+	  $(VENV)/lib vibecalc tests
 	@touch $@
 
 run: $(READY) ## run the three-cylinder generator and print its report

@@ -5,6 +5,7 @@ density, flywheels as points.
 """
 
 import math
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -220,10 +221,10 @@ SECTIONS = {
 }
 
 
-def assert_verdict(verdict: str, *places: str) -> None:
+def assert_verdict(section: Callable[[], tuple[Row, ...]], verdict: str, *places: str) -> None:
     """Assert that rows whose places begin so have this verdict, and that their numbers say it."""
     for place in places:
-        found = [row for rows in SECTIONS.values() for row in rows() if row.place.startswith(place)]
+        found = [row for row in section() if row.place.startswith(place)]
         assert found, place
         for row in found:
             assert row.verdict == verdict and says_what_it_is(row), row

@@ -6,7 +6,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from scipy.optimize import differential_evolution
 from two_masses import amplitude
 
 from vibecalc.absorber.modal import driven, fitted, highest, magnitude, one_mode, tops_within
@@ -128,32 +127,6 @@ def test_damped_primary_beyond_the_threshold_has_a_set_of_optima():
 def test_a_response_that_grows_without_bound_is_refused():
     with pytest.raises(NumericalFailure, match="without bound"):
         band_tuning(problem(0.1, [0.05, 0.05], (), "unbalance", "velocity"))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("masses", "carrier", "seeds"),
-    [([0.05, 0.05], (-1, -1), 1), ([0.09, 0.01], (-1, 0), 1), ([0.03, 0.03, 0.04], (-1,) * 3, 3),
-     ([0.08, 0.01, 0.01], (-1, 0, 1), 3), ([0.06, 0.02, 0.02], (-1, 0, 0), 3),
-     ([0.06, 0.02, 0.02], (-1, -1, 0), 3)],
-)  # fmt: skip
-def test_a_global_search_finds_nothing_lower(masses, carrier, seeds):
-    masses, n, x = np.array(masses), len(masses), np.linspace(0.5, 1.6, 500)
-    found = band_tuning(problem(0.0, masses, carrier), starts=0 if n < 3 else 24)
-
-    def system(v):
-        return fitted(one_mode(0.0, n), masses, masses * v[:n], masses * v[n:], carrier)
-
-    def value(v):
-        return float(np.max(np.abs(magnitude(system(v), x, "force", "displacement")[0])))
-
-    for seed in range(seeds):
-        search = differential_evolution(
-            value, [(0.1, 4.0)] * n + [(1e-4, 1.0)] * n, seed=seed, popsize=12 if n < 3 else 20,
-            maxiter=120 if n < 3 else 800, tol=1e-10, polish=False,
-        )  # fmt: skip
-        reached = highest(system(search.x), "force", "displacement")[0][0]
-        assert found.largest <= reached * (1.0 + 1e-9)
 
 
 def test_absorbers_that_nothing_tells_apart_come_by_rising_stiffness():

@@ -7,10 +7,12 @@ from shipped_cases import CASES
 
 from vibecalc.core.accuracy.run import STUDIES, WHOLE_CASE, Collected, collect, stages_of
 from vibecalc.core.accuracy.topic import measure
+from vibecalc.core.case.load import load_case
 from vibecalc.core.results.named import named
 from vibecalc.core.results.trials import extra
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.study.execute import load_checked
+from vibecalc.schema import Case
 
 #: nothing of theirs is one of the kinds of problems
 WITHOUT = {
@@ -36,16 +38,21 @@ QUICK = (
 
 
 @cache
+def cases() -> dict[str, Case]:
+    """Shipped cases as they are planned, without the checks of their machines."""
+    return {name: load_case(CASES[name]).case for name in NAMES}
+
+
+@cache
 def planned() -> dict[str, tuple[str, ...]]:
     """Stages and studies of each shipped case."""
-    return {name: tuple(stages_of(load_checked([CASES[name]])[0].case)) for name in NAMES}
+    return {name: tuple(stages_of(case)) for name, case in cases().items()}
 
 
 @cache
 def topics() -> dict[str, tuple[str, ...]]:
     """Stage -> functions that give its topics."""
-    cases = [load_checked([CASES[name]])[0].case for name in NAMES]
-    return {stage.name: stage.topics for case in cases for stage in plan_case(case)}
+    return {stage.name: stage.topics for case in cases().values() for stage in plan_case(case)}
 
 
 def test_every_planned_stage_is_in_the_table() -> None:

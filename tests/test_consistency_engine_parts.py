@@ -10,7 +10,6 @@ import tomllib
 import numpy as np
 import pytest
 from engine_cases import CARD, ENGINE, GEARED, cards, replaced
-from scipy.linalg import eigh
 
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import resolve, validate
@@ -18,7 +17,7 @@ from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.excitation.model import build_firing, firing_angle, gas_cards
 from vibecalc.schema import Case
-from vibecalc.torsion.line import damping_matrix, stiffness_matrix
+from vibecalc.torsion.line import damping_matrix
 from vibecalc.torsion.model import build_shaft_line
 
 DEGREE = math.pi / 180.0
@@ -26,29 +25,6 @@ DEGREE = math.pi / 180.0
 
 def case_of(text: str, *pairs: tuple[str, str]) -> Case:
     return validate(tomllib.loads(replaced(text, *pairs)))
-
-
-def frequencies(stiffness: np.ndarray, inertia: np.ndarray) -> np.ndarray:
-    return np.asarray(eigh(stiffness, inertia, eigvals_only=True))
-
-
-def test_the_order_of_stations_and_a_doubled_ratio_change_nothing() -> None:
-    wheel = '  { name = "wheel", inertia = "3 kg*m^2" },\n'
-    moved = replaced(GEARED, (wheel, ""), ("stations = [\n", "stations = [\n" + wheel))
-    closed = replaced(
-        GEARED,
-        (
-            "gears = [",
-            'gears = [\n  { between = ["pinion", "take-off"], ratio = 1.3333333333333333, '
-            'reverses = false, mesh_stiffness = "1 N/m", pitch_radius = "0.1 m" },',
-        ),
-    )
-    plain = build_shaft_line(case_of(GEARED))
-    wanted = frequencies(stiffness_matrix(plain.line), np.diag(plain.line.inertia))
-    for text, tolerance in ((moved, 1e-12), (closed, 1e-6)):
-        line = build_shaft_line(case_of(text))
-        found = frequencies(stiffness_matrix(line.line), np.diag(line.line.inertia))
-        np.testing.assert_allclose(found[1:], wanted[1:], rtol=tolerance)
 
 
 def test_dampings_shafts_and_stresses_of_a_line_in_a_row() -> None:

@@ -1,42 +1,15 @@
 """Claim: sweeps, searches and optimisations over keys of an engine give what single runs give."""
 
 import math
-import tomllib
-from functools import cache
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-from engine_cases import ENGINE, replaced
-from fuzzing import command
+from engine_cases import replaced
 
-from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
-from vibecalc.core.results.sweep_file import open_sweep
-from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
-from vibecalc.core.study.sweep import prepare as strategy
 
 RING = "machine.shaft_line.dampers[0].damping"
-KEEP = (
-    "response/torsion/torque_half_range",
-    "response/torsion/modes/natural_frequency",
-    "response/torsion/largest/torque_half_range",
-    "response/torsion/as_published/largest_twist",
-    "response/torsion/transient/peak",
-)
-#: three in line with a ring on springs, each stage that a short line can have
-SHORT = replaced(
-    ENGINE,
-    ('kind = "viscous"', 'kind = "spring", stiffness = "2 kN*m/rad"'),
-    ('to = "2000 rpm" }', 'to = "2000 rpm", points = 5 }'),
-    ("highest = 6", "highest = 3"),
-) + (
-    "as_published = {}\n"
-    'transient = { kind = "load_step", on = "flywheel", torque = "9 N*m", time_after = "0.05 s" }\n'
-)
-
 #: a crank and a viscous ring, nothing else; a two-stroke engine's first order, and no other
 ONE = """schema = 1
 title = "one cylinder and a ring"
@@ -71,32 +44,6 @@ def run(folder: Path, text: str) -> Record:
     path = folder / "one.toml"
     path.write_text(text, encoding="utf-8")
     return execute(load_checked([path])[0]).record
-
-
-@cache
-def alone(damping: float) -> Record:
-    data: dict[str, Any] = tomllib.loads(SHORT)
-    data["machine"]["shaft_line"]["dampers"][0]["damping"] = damping
-    return run_case(validate(data), wanted=frozenset(KEEP))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_a_sweep_over_a_damper_is_its_single_runs(
-    jobs: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(strategy, "_SHORT", 0.0)  # two processes, although it is short
-    monkeypatch.chdir(tmp_path)
-    Path("line.toml").write_text(SHORT, encoding="utf-8")
-    kept = [word for path in KEEP for word in ("--keep", path)]
-    grid = ("--grid", f"{RING}=20 N*m*s/rad,30 N*m*s/rad,60 N*m*s/rad")
-    outcome = command("sweep", "line.toml", *grid, *kept, "-j", jobs, "-o", "line.h5")
-    assert outcome.code == 0, outcome.err
-    with open_sweep("line.h5") as found:
-        for path in KEEP:
-            values = found.read(path)
-            for row, damping in enumerate((20.0, 30.0, 60.0)):
-                assert np.array_equal(values[row], alone(damping)[path].values), path
 
 
 def test_find_a_shaft_for_a_frequency(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def test_limits() -> None:
 def in_time(damper: DryFriction, x: float, cycles: int) -> float:
     """Amplitude of the primary after some cycles in time, friction rising steeply with the slip."""
     z1, m, f = damper
-    steep = 1e-5
+    steep = 1e-4
 
     def rates(time: float, state: np.ndarray) -> list[float]:
         y, v, w = state
@@ -114,11 +114,14 @@ def in_time(damper: DryFriction, x: float, cycles: int) -> float:
     return 0.5 * float(np.ptp(found.y[0]))
 
 
-@pytest.mark.parametrize(("f", "x"), [(0.9, 0.975), (1.09, 0.98), (1.09, 0.95), (2.0, 0.9)])
-def test_motions_in_time_have_the_amplitudes_of_the_first_harmonic(f: float, x: float) -> None:
+@pytest.mark.parametrize(("f", "x", "cycles"), [(0.9, 0.975, 25), (1.09, 0.98, 25), (2.0, 0.9, 60)])
+def test_motions_in_time_have_the_amplitudes_of_the_first_harmonic(
+    f: float, x: float, cycles: int
+) -> None:
+    """Below the best friction, next to it, and far above, where the two masses nearly stick."""
     damper = DryFriction(0.02, 0.1, f)
     expected = float(response(damper, np.array([x]))[0])
-    assert in_time(damper, x, 60) == pytest.approx(expected, rel=0.02)
+    assert in_time(damper, x, cycles) == pytest.approx(expected, rel=0.02)
 
 
 def changed(**changes: Any) -> str:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from marine_line import LINE, SPEED, halves
+from marine_line import halves, line, speed_of_crank
 from shipped_cases import result_of
 
 from vibecalc.core.results.record import Quantity
@@ -30,7 +30,7 @@ def stress(row: int, speed: float) -> float:
 
 
 def diameter(row: int) -> float:
-    return float(LINE.line["shafts"][row]["section"]["outer_diameter"])
+    return float(line().line["shafts"][row]["section"]["outer_diameter"])
 
 
 @pytest.mark.parametrize(("name", "row"), SHAFTS)
@@ -46,10 +46,10 @@ def test_largest_stress_is_that_of_its_speed_and_none_near_it_is_larger(
 
 def allowed(row: int, speed: float) -> float:
     """Of UR M68 for continuous operation below 0.9 of the rated speed, Pa."""
-    shaft = LINE.line["shafts"][row]
+    shaft = line().line["shafts"][row]
     size = 0.35 + 0.93 * (1e3 * diameter(row)) ** -0.2
     factor = {"intermediate shaft": 1.0, "propeller shaft": 0.55}[shaft["name"]]  # flange, keyless
-    ratio = speed / SPEED
+    ratio = speed / speed_of_crank()
     strength = shaft["tensile_strength"] / 1e6
     return 1e6 * (strength + 160.0) / 18.0 * factor * size * (3.0 - 2.0 * ratio**2)
 
@@ -66,7 +66,7 @@ def test_use_of_the_limits_and_ends_of_the_barred_range() -> None:
         for name in ("from", "to"):
             at = float(quantity(f"exceeded/{name}").values[place])
             assert stress(row, at) == pytest.approx(allowed(row, at), rel=1e-8)
-        ratio = peak / SPEED
+        ratio = peak / speed_of_crank()
         ends.append((16.0 * peak / (18.0 - ratio), (18.0 - ratio) * peak / 16.0))
     low, high = np.transpose(ends)
     assert float(quantity("barred/from").values[0]) == pytest.approx(low.min(), rel=RTOL)
@@ -75,15 +75,15 @@ def test_use_of_the_limits_and_ends_of_the_barred_range() -> None:
 
 def test_dampings_at_the_operating_speed_and_over_speeds() -> None:
     found = quantity("damping/station").values
-    np.testing.assert_allclose(found, LINE.absolute(SPEED), rtol=1e-12)
+    np.testing.assert_allclose(found, line().absolute(speed_of_crank()), rtol=1e-12)
     wanted = [
         1.0 / one["magnifier"] if "magnifier" in one else 2.0 * one["lehr_ratio"]
-        for one in LINE.line["shafts"]
+        for one in line().line["shafts"]
     ]
     np.testing.assert_allclose(quantity("damping/loss_factor").values, wanted, rtol=1e-14)
     curve = quantity("speeds/station_damping")
-    names = [one["name"] for one in LINE.line["stations"]]
+    names = [one["name"] for one in line().line["stations"]]
     rows = [names.index(name) for name in curve.axes[0].values]
     assert names[rows[-1]] == "propeller" and "flywheel" not in curve.axes[0].values
-    expected = np.array([LINE.absolute(one)[rows] for one in curve.axes[1].values])
+    expected = np.array([line().absolute(one)[rows] for one in curve.axes[1].values])
     np.testing.assert_allclose(curve.values, expected.T, rtol=1e-12)

@@ -307,27 +307,6 @@ def test_a_damping_that_fades_leaves_no_resonance_out() -> None:
     assert top == pytest.approx(fine, rel=1e-3) and top >= fine * (1.0 - 1e-9)
 
 
-@pytest.mark.long
-def test_in_a_passage_the_dampings_are_those_of_its_mean_speed() -> None:
-    change = {"kind": "run_up", "from": 70.0, "to": 130.0, "duration": 3.0, "time_after": 0.2}
-    found = []
-    for over, damping in (({"exponent": 2, "reference": 80.0}, 25.0), (None, 25.0 * 1.25**2)):
-        case = machine(
-            stations=[{"name": "a", "inertia": 3.0, "cylinder": "1"},
-                      {"name": "b", "inertia": 7.0, "cylinder": "2", "absolute_damping": damping}
-                      | ({"over_speed": over} if over else {})],
-            shafts=[{"stiffness": 6e4}],
-        )  # fmt: skip
-        case["response"]["torsion"]["transient"] = change
-        found.append(record(case))
-    ours, plain = found
-    for name in ("peak", "peak_half_range"):
-        path = f"transient/{name}"
-        np.testing.assert_allclose(values(ours, path), values(plain, path), rtol=1e-9)
-    assert any("speed-dependent damping" in one for one in ours.warnings)
-    assert not any("speed-dependent damping" in one for one in plain.warnings)
-
-
 def test_a_variable_inertia_has_the_dampings_of_each_speed() -> None:
     setup = build_setup(validate(geared()))
     for speed in (70.0, 130.0):

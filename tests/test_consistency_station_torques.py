@@ -15,6 +15,7 @@ from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case, resolve, validate
 from vibecalc.core.results.record import Record
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 from vibecalc.numerics.synthesis import Cycles, synthesis
 from vibecalc.torsion.station_torques import record_harmonics
@@ -207,59 +208,25 @@ def test_two_cycles_meet_in_every_phase() -> None:
 # ----------------------------------------------------------------------------
 
 
-def changing(change: dict[str, Any], **line: Any) -> Record:
-    case = table("pump_drive", **line)
-    case["response"]["torsion"]["transient"] = change
-    return run_case(validate(case))
-
-
-@pytest.mark.long
-def test_before_a_step_the_line_vibrates_as_it_does_steadily() -> None:
-    orders = [
-        {"on": "pump", "blades": 5, "shares": [0.05, 0.01], "phases": [0.0, 1.2]},
-        {"on": "motor", "frequencies": [200.0 * math.pi], "torques": [6.0]},
-    ]
-    step = {
-        "kind": "load_step",
-        "on": "pump",
-        "torque": 40.0,
-        "time_before": 3.0,
-        "time_after": 0.5,
-    }
-    made = changing(step, excitations=orders)
-    seen = np.asarray(made[f"{ROOT}/transient/steady_before"].values)
-    # a window of some turns is no proof that the two cycles have met in every phase
-    steady = np.asarray(made[f"{ROOT}/torque_peak"].values)
-    assert (seen <= steady * (1.0 + 1e-9)).all()
-    assert seen == pytest.approx(steady, rel=2e-3)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("exponent", [0.0, 2.0])
-def test_a_slow_passage_reaches_what_stands_at_the_resonance(exponent: float) -> None:
-    given = {"on": "pump", "blades": 10, "torques": ["60 N*m"], "exponent": exponent}
-    passing = {"kind": "run_up", "from": 100.0, "to": 160.0, "duration": 60.0}
-    made = changing(passing, excitations=[given], loads=[])
-    largest = np.asarray(made[f"{ROOT}/largest/torque_half_range"].values)[2]
-    peak = np.asarray(made[f"{ROOT}/transient/peak"].values)[2]
-    # next to the alternating torque the output carries what speeds the pump up
-    inertia = 1.6 * RATIO * (60.0 / 60.0) * 1.3
-    assert 0.99 * largest <= peak <= largest + inertia
-
-
-@pytest.mark.long
-def test_a_clutch_takes_a_pump_along_without_any_cylinder() -> None:
-    engage = {
-        "kind": "clutch_in", "clutch": "coupling", "driven_speed": "0 rpm", "time_after": 6.0,
-        "friction_torque": "400 N*m",
-    }  # fmt: skip
-    given = {"on": "motor", "orders": [1], "torques": ["0 N*m"]}
-    made = changing(engage, excitations=[given])
-    motor = 4.2
-    driven = 0.35 + 0.12 + (0.9 + 1.6) * RATIO**2
-    joint = SPEED * motor / (motor + driven)
-    found = float(made[f"{ROOT}/transient/clutch/common_speed"].values)
-    assert found == pytest.approx(joint, rel=2e-2)  # absolute damping brakes both a little
+def test_a_load_step_needs_no_excitation() -> None:
+    step = {"kind": "load_step", "on": "pump", "torque": 40.0, "time_after": 0.2}
+    nothing = [{"on": "motor", "orders": [1.0], "torques": [0.0]}]
+    made = []
+    for given in ((), nothing):
+        case = table("pump_drive", excitations=given)
+        case["response"]["torsion"] = {"transient": step}
+        made.append(run_case(validate(case)))
+    alone, same = made
+    assert set(alone) == set(same)
+    for name in ("transient/peak", "transient/steady_after", "modes/natural_frequency"):
+        assert np.array_equal(alone[f"{ROOT}/{name}"].values, same[f"{ROOT}/{name}"].values)
+    assert not np.any(alone[f"{ROOT}/torque_half_range"].values)
+    # no order is near a mode where none acts
+    assert not np.any(alone[f"{ROOT}/margin/nearest_order"].values)
+    case["machine"]["shaft_line"]["excitations"] = ()
+    case["response"]["torsion"]["speeds"] = {"from": 100.0, "to": 160.0, "points": 5}
+    (problem,) = check_machine(validate(case))
+    assert "nothing excites this line" in problem.message
 
 
 def test_a_cylinder_that_stops_firing_takes_its_own_orders_along_and_no_others() -> None:

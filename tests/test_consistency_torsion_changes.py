@@ -76,19 +76,6 @@ def test_a_stop_is_a_run_down_without_fuel() -> None:
     assert np.all(value(with_fuel, "peak")[first] > 1.01 * value(stop, names[0])[first])
 
 
-def test_a_table_that_steps_up_is_the_load_step() -> None:
-    step = run('kind = "load_step", on = "generator", torque = "300 N*m", time_after = "0.3 s"')
-    rows = 'time = ["0 s", "1 s"], torque = ["300 N*m", "300 N*m"]'
-    wanted = ("peak", "steady_after", "dynamic_factor")
-    table = run(
-        f'kind = "torque_history", on = "generator", history = {{ {rows} }}, time_after = "0.3 s"',
-        wanted=wanted,
-    )
-    # no station has absolute damping: what moves the line as a whole twists nothing
-    np.testing.assert_allclose(value(table, "peak"), value(step, "peak"), rtol=1e-9)
-    assert np.all(value(table, "dynamic_factor") >= 0.99)
-
-
 def test_a_clutch_from_case_to_report() -> None:
     change = (
         'kind = "clutch_in", clutch = "coupling", driven_speed = "100 rpm", '
@@ -111,22 +98,3 @@ def test_a_clutch_from_case_to_report() -> None:
     text = render_report(result, full=True)
     for words in ("Clutch coupling engages", "The clutch slips for", "Rainflow cycles"):
         assert words in text
-
-
-def test_a_line_told_from_its_other_end_has_the_same_time_history() -> None:
-    text = f"{GENSET}transient = {{ kind = 'run_up', from = 100, to = 110, duration = 1.0 }}\n"
-    told = [tomllib.loads(text), tomllib.loads(text)]
-    for case in told:
-        case["machine"]["shaft_line"]["balanced_by"] = "generator"
-    line = told[1]["machine"]["shaft_line"]
-    line["stations"].reverse()
-    line["shafts"].reverse()
-    wanted = frozenset(ROOT + one for one in ("history/torque", "peak", *EQUIVALENT))
-    one, other = (run_case(validate(case), wanted=wanted) for case in told)
-    assert (
-        value(one, "equivalent/frequency").tolist() == value(other, "equivalent/frequency").tolist()
-    )
-    for name in ("history/torque", "peak"):
-        first, second = one[ROOT + name], other[ROOT + name]
-        values = np.sort(np.abs(first.values)) - np.sort(np.abs(second.values))
-        assert np.abs(values).max() <= first.error_estimate + second.error_estimate

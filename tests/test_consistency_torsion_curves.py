@@ -253,32 +253,6 @@ def test_the_worst_of_all_conditions_is_that_of_full_matrices(at: int) -> None:
     assert len(angle) == len(STATIONS)
 
 
-@pytest.mark.long
-def test_the_worst_condition_is_the_worst_of_separate_runs() -> None:
-    limit = CONDITIONS[CONDITIONS.index("[[") :]
-    runs = [run(limit)]
-    runs += [run(f'misfire = ["{name}"]\n{limit}') for name in "123"]
-    runs += [run(limit, ((name, 0.85),)) for name in "123"]
-    runs.append(run(limit, (("1", 1.05), ("2", 0.9))))
-    found = run(CONDITIONS)
-    for name in ("torque", "stress"):
-        each = np.array([values(one, f"largest/{name}_half_range") for one in runs])
-        near(values(found, f"conditions/largest/{name}_half_range"), each.max(axis=0))
-        if name == "torque":
-            worst = values(found, "conditions/largest/section_condition") - 1
-            assert (worst == each.argmax(axis=0)).all()
-            at = np.array([values(one, "largest/speed") for one in runs])
-            chosen = at[worst, np.arange(len(worst))]
-            np.testing.assert_allclose(
-                values(found, "conditions/largest/section_speed"), chosen, rtol=1e-6
-            )
-    for name in ("largest_utilisation", "operating_utilisation"):
-        each = np.array([values(one, f"limit/{name}") for one in runs])
-        seen = values(found, f"conditions/limit/{name}")
-        near(seen.max(axis=0), each.max(axis=0))
-        np.testing.assert_allclose(seen, each, rtol=1e-2)
-
-
 def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
     speeds = 'speeds = { from = "500.0 rpm", to = "1300.0 rpm", points = 61 }'
     asked = 'irregularity = [{ on = "flywheel" }]' + CONDITIONS
@@ -307,14 +281,6 @@ def test_irregularity_of_every_condition_is_that_of_full_matrices() -> None:
             for name in ("generator", "c1")
         ])  # fmt: skip
     near(found.values[0], values(result, "irregularity/degree"))
-
-
-@pytest.mark.long
-def test_mean_torques_of_conditions_are_those_of_separate_runs() -> None:
-    found = values(run(CONDITIONS), "conditions/mean_torque")
-    mean = [values(run(f'misfire = ["{name}"]'), "excitation/mean_torque") for name in "123"]
-    near(found[1:4], mean)
-    near(found[4], 0.15 * found[1] + 0.85 * found[0])
 
 
 @pytest.mark.long

@@ -1,12 +1,9 @@
 """Claim: torques in time move a shaft line as closed forms and another integrator say."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
-from vibecalc.torsion.line import Line, chain, damping_matrix, stiffness_matrix
+from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.transient.march import TransientRun, transient
 from vibecalc.torsion.transient.motion import Stretch, TorqueInTime, stretch
 from vibecalc.torsion.transient.trace import section_peaks, traces
@@ -70,51 +67,3 @@ def test_decaying_sines_on_an_oscillator(damping: float) -> None:
     exact = K * twist + damping * speed
     assert np.abs(found[:, 0] - exact).max() <= run.torque_error[0] + 1e-9
     assert run.torque_error[0] < 1e-7 * np.abs(exact).max()
-
-
-def table(time: np.ndarray, value: np.ndarray, share: np.ndarray, part: Stretch) -> list[Stretch]:
-    """A stretch for each row of a table but the last."""
-    slopes = np.diff(value) / np.diff(time)
-    return [
-        acting(
-            part._replace(duration=float(length)),
-            TorqueInTime(share, NONE, NONE, float(start), float(slope)),
-        )
-        for length, start, slope in zip(np.diff(time), value, slopes, strict=False)
-    ]
-
-
-def test_a_table_on_a_random_line_as_another_integrator_has_it() -> None:
-    random = np.random.default_rng(5)
-    n = 6
-    line = chain(random.uniform(0.5, 3.0, n), random.uniform(1e3, 6e3, n - 1))._replace(
-        damping=random.uniform(0.0, 4.0, n - 1), absolute_damping=random.uniform(0.0, 1.0, n)
-    )
-    # the last order is no multiple of 1/2
-    order, speed = np.array([1.0, 2.5, 3.7]), 21.0
-    gas = np.zeros((n, 3), dtype=complex)
-    gas[:2] = random.normal(size=(2, 3)) + 1j * random.normal(size=(2, 3))
-    time = np.cumsum(np.append(0.0, random.uniform(0.05, 0.4, 6)))
-    value, share = random.normal(size=7) * 40.0, np.zeros(n)
-    share[4] = -1.0
-    run = transient(line, order, table(time, value, share, stretch(1.0, 0.0, gas)), speed)
-    inertia, stiffness, damping = (
-        line.inertia, stiffness_matrix(line), damping_matrix(line),
-    )  # fmt: skip
-
-    def rates(t: float, state: np.ndarray) -> np.ndarray:
-        angle, velocity = state[:n], state[n:]
-        torque = (gas * np.exp(1j * order * speed * t)).real.sum(axis=1)
-        torque = torque + share * np.interp(t, time, value)
-        return np.append(velocity, (torque - stiffness @ angle - damping @ velocity) / inertia)
-
-    state = np.zeros(2 * n)
-    for number, (start, end) in enumerate(pairwise(time)):
-        found = solve_ivp(rates, (start, end), state, "DOP853", rtol=1e-13, atol=1e-13)
-        state = found.y[:, -1]
-        last = max(k for k, block in enumerate(run.blocks) if block.stretch == number)
-        torque = run.states[last][-1] @ run.system.torque.T
-        exact = line.stiffness * (state[: n - 1] - state[1:n]) + line.damping * (
-            state[n:-1] - state[n + 1 :]
-        )
-        assert np.abs(torque - exact).max() <= 1e-9 * np.abs(value).max()

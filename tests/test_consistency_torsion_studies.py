@@ -38,41 +38,6 @@ def value(record: Record, path: str) -> np.ndarray:
     return np.asarray(record[TORSION + path].values)
 
 
-def ends(record: Record, which: int) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest torque of each section in the first (0) or the last (-1) cycle."""
-    low, high = (value(record, f"transient/torque_{end}")[:, which] for end in ("low", "high"))
-    return low, high
-
-
-def misfire() -> Result:
-    return of('transient = { kind = "misfire_onset", cylinder = "2", time_before = "0.17 s", '
-              'time_after = "0.6 s" }\n')  # fmt: skip
-
-
-@pytest.mark.long
-def test_misfire_onset_ends_in_the_steady_response_of_the_misfire() -> None:
-    record = misfire().record
-    steady = of('misfire = ["2"]\n').record
-    low, high = ends(record, -1)
-    wanted = value(steady, "torque_half_range")
-    assert 0.5 * (high - low) == pytest.approx(wanted, rel=1e-6)
-    # and it begins in that of the healthy engine, mean and all
-    healthy = value(of("").record, "torque_peak")
-    assert value(record, "transient/steady_before") == pytest.approx(healthy, rel=1e-9)
-    assert np.all(value(record, "transient/peak") >= 0.999 * healthy)
-
-
-@pytest.mark.long
-def test_step_of_the_load_shares_the_torque_by_inertia() -> None:
-    record = of('transient = { kind = "load_step", on = "flywheel", torque = "100 N*m", '
-                'time_before = "0.17 s", time_after = "0.6 s" }\n').record  # fmt: skip
-    (low, high), (first, last) = ends(record, -1), ends(record, 0)
-    change = 0.5 * (high + low - first - last)
-    # what stands before a section is slowed down through it, by its share of the inertia
-    before = np.array([0.3, 0.4, 0.5])
-    assert np.abs(change[:3]) == pytest.approx(100.0 * before / 2.5, rel=1e-5)
-
-
 @pytest.mark.long
 def test_run_up_has_the_steady_curve_nearby_it_and_lags() -> None:
     change = ('transient = { kind = "run_up", from = "900 rpm", to = "1900 rpm", '

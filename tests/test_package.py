@@ -6,6 +6,7 @@ nothing else, here links to the packages of this environment. The commands run i
 
 import email
 import gzip
+import json
 import os
 import re
 import shlex
@@ -13,7 +14,7 @@ import subprocess
 import sys
 import tarfile
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import NamedTuple
@@ -60,13 +61,34 @@ class Installed(NamedTuple):
         )  # fmt: skip
         return Ended(ended.returncode, ended.stdout, ended.stderr)
 
-    def python(self, code: str) -> str:
-        return subprocess.check_output(
-            [self.environment / "bin" / "python", "-c", code],
-            cwd=self.folder,
-            env=plain(),
-            text=True,
-        )
+    def each(self, *lines: Sequence[str]) -> list[Ended]:
+        """Commands one after the other in one process of the installed Python."""
+        said = self.python(ONE_PROCESS, json.dumps(lines))
+        return [Ended(*one) for one in json.loads(said)]
+
+    def python(self, code: str, given: str = "") -> str:
+        return subprocess.run(
+            [self.environment / "bin" / "python", "-c", code], input=given, cwd=self.folder,
+            env=plain(), capture_output=True, text=True, check=True,
+        ).stdout  # fmt: skip
+
+
+#: what the script of the wheel does, for several lines, without starting anew
+ONE_PROCESS = """
+import contextlib, io, json, sys
+from vibecalc.__main__ import main
+said = []
+for words in json.load(sys.stdin):
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    sys.argv = ["vibecalc", *words]
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as stop:
+            code = stop.code or 0
+    said.append([code, out.getvalue(), err.getvalue()])
+json.dump(said, sys.stdout)
+"""
 
 
 def plain() -> dict[str, str]:
@@ -211,12 +233,11 @@ def test_the_commands_of_the_first_page_work(installed: Installed) -> None:
     lines = [
         line for block in re.findall(r"```sh\n(.*?)```", page, re.S) for line in block.splitlines()
     ]
+    commands = [shlex.split(line, comments=True)[1:] for line in lines]
     said = {}
-    for line in lines:
-        words = shlex.split(line, comments=True)
-        ended = installed(*words[1:])
-        assert ended.code == 0, (line, ended.err)
-        said[" ".join(words[1:3])] = ended.out
+    for words, ended in zip(commands, installed.each(*commands), strict=True):
+        assert ended.code == 0, (words, ended.err)
+        said[" ".join(words[:2])] = ended.out
     assert said["new --example"].split("\n")[-2].startswith("gallery/v8 ")
     assert len(said["new --example"].splitlines()) == len(examples())
     for name in ("generator.toml", "outputs/generator.h5", "outputs/generator.txt", "mine.toml"):
@@ -226,21 +247,25 @@ def test_the_commands_of_the_first_page_work(installed: Installed) -> None:
     code = "import vibecalc; print(vibecalc.__file__, vibecalc.__version__)"
     place, version = installed.python(code).split()
     assert version == VERSION and Path(place).is_relative_to(installed.environment)
-    helped = installed("--help")
-    assert helped.code == 0 and "verify" in helped.out
-    assert installed("help", "start").out == page
-    assert f"vibecalc {VERSION}\n" == installed("--version").out
+    assert installed("--version").out == f"vibecalc {VERSION}\n"
 
-    # what was computed here is what golden files hold
-    golden, rules = (ROOT / "tests" / "golden" / name for name in ("generator.h5", "rules.toml"))
-    ended = installed("diff", str(golden), "outputs/generator.h5", "--rules", str(rules))
-    assert ended.code == 0, ended.out
-    assert installed("diff", str(golden), "outputs/mine.h5").code == 1
-
-    # matplotlib is an extra
-    for words in (("plot",), ("report", "--html")):
-        ended = installed(*words, "outputs/generator.h5")
-        assert ended.code == 2, words
+    # what was computed here is what golden files hold; matplotlib is an extra
+    golden, rules = (
+        str(ROOT / "tests" / "golden" / name) for name in ("generator.h5", "rules.toml")
+    )
+    helped, first, same, other, *drawn = installed.each(
+        ["--help"],
+        ["help", "start"],
+        ["diff", golden, "outputs/generator.h5", "--rules", rules],
+        ["diff", golden, "outputs/mine.h5"],
+        ["plot", "outputs/generator.h5"],
+        ["report", "--html", "outputs/generator.h5"],
+    )
+    assert helped.code == 0 and "verify" in helped.out and first.out == page
+    assert same.code == 0, same.out
+    assert other.code == 1
+    for ended in drawn:
+        assert ended.code == 2
         assert "matplotlib, which is not installed" in ended.err and "vibecalc[plot]" in ended.err
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sweep_work import Squares, Start, dies_at_once
 
-from vibecalc.core.results.layout import DIED, TIMED_OUT
+from vibecalc.core.results.layout import DIED
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.workers import Workers
 from vibecalc.errors import UsageError
@@ -65,17 +65,6 @@ def test_a_process_that_dies_once_costs_one_more_try_and_no_point(tmp_path: Path
     calls = Counter((tmp_path / "calls").read_text(encoding="ascii").split())
     assert calls["9"] == calls["16"] == 2
     assert calls["34"] == 1 and len(calls) == 35
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("step", [1, 7])
-def test_attached_points_are_given_up_and_their_processes_replaced(step: int) -> None:
-    _, lost = run(Start(hanging=frozenset({0, 34})), timeout=0.5, step=step)
-    assert {point: int(one.status[0]) for point, one in lost.items()} == {
-        0: TIMED_OUT,
-        34: TIMED_OUT,
-    }
-    assert lost[0].message == ("took longer than 0.5 s",)
 
 
 def test_a_mistake_is_raised_with_its_traceback() -> None:

@@ -12,7 +12,6 @@ import pytest
 from long_but import long_but
 from sweep_runs import GENERATOR, GRID, finished_chunks, killed, objects, started
 
-from vibecalc.core.results.sweep_file import open_sweep
 from vibecalc.core.study.execute import load_checked
 from vibecalc.core.study.sweep import stacked_file
 from vibecalc.core.study.sweep.prepare import Options, prepare, sweep_settings
@@ -132,25 +131,3 @@ def test_ctrl_c_while_the_file_is_put_together(
     done = sweep(prepared, replace(options, resume=True))
     assert done.taken_up == 4 and not done.failed and not said
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-@pytest.mark.long
-def test_jobs_shards_and_merge_give_the_same_objects(
-    uninterrupted: tuple[Path, float], tmp_path: Path
-) -> None:
-    parts = [tmp_path / f"part{number}.h5" for number in (1, 2, 3)]
-    for number, (part, jobs) in enumerate(zip(parts, (1, 2, 3), strict=True), start=1):
-        shard = ("--shard", f"{number}/3", "-j", jobs)
-        code, _, err = finish(GENERATOR, *GRID, "-q", *shard, "-o", part)
-        assert (code, err) == (0, "")
-    with open_sweep(parts[0]) as part:
-        assert set(part.status().ravel().tolist()) == {-1, 0}
-    from fuzzing import command
-
-    merged = tmp_path / "merged.h5"
-    outcome = command("merge", *map(str, reversed(parts)), "-q", "-o", str(merged))
-    assert outcome.code == 0, outcome.err
-    assert objects(merged) == objects(uninterrupted[0])
-    outcome = command("merge", str(parts[0]), str(parts[2]), "-q", "-o", str(merged))
-    assert outcome.code == 4
-    assert "no part has the points 6 to 11, 24 to 29" in outcome.err

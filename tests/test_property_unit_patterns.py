@@ -44,11 +44,12 @@ def takes(unit: str, least: str, text: str) -> bool:
     return all(pattern.search(text) for pattern in patterns(unit, least))
 
 
-def whole_pattern(unit: str, least: str) -> re.Pattern[str]:
-    """A number before the units that its pattern takes, to make texts of."""
+@cache
+def texts(unit: str, least: str) -> st.SearchStrategy[str]:
+    """Texts of a number before the units that its pattern takes."""
     if unit in SHIFTED:
-        return re.compile(shifted_pattern(unit, least))
-    return re.compile(unit_pattern(unit).replace(WRITTEN, NUMBERS[least], 1))
+        return st.from_regex(shifted_pattern(unit, least))
+    return st.from_regex(unit_pattern(unit).replace(WRITTEN, NUMBERS[least], 1))
 
 
 def reads(text: str, unit: str, least: str = "") -> bool:
@@ -61,8 +62,7 @@ def reads(text: str, unit: str, least: str = "") -> bool:
 
 
 PAIRS = [(unit, least) for unit in UNITS for least in NUMBERS]
-TEXTS = {pair: st.from_regex(whole_pattern(*pair)) for pair in PAIRS}
-TAKEN = st.sampled_from(PAIRS).flatmap(lambda pair: st.tuples(st.just(pair), TEXTS[pair]))
+TAKEN = st.sampled_from(PAIRS).flatmap(lambda pair: st.tuples(st.just(pair), texts(*pair)))
 
 
 @settings(max_examples=4, deadline=None, suppress_health_check=list(HealthCheck))

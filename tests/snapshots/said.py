@@ -13,9 +13,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
-from matplotlib.figure import Figure
-
 from vibecalc.core.report import plots
 from vibecalc.core.report.check import check_rows, plan_object
 from vibecalc.core.report.sweep.text import report_file
@@ -26,6 +23,7 @@ from vibecalc.core.study.execute import load_checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -50,6 +48,8 @@ def check(name: str) -> str:
 
 def pictures(name: str) -> str:
     """Name, size, titles, labels and legend of each picture of a golden file, else its words."""
+    import matplotlib
+
     with matplotlib.rc_context(plots.STYLE):
         return "".join(f"{line}\n" for line in _pictures(GOLDEN / f"{name}.h5"))
 
@@ -73,7 +73,7 @@ def _pictures(path: Path) -> Iterator[str]:
         yield from _picture(name, plots.make(result, name))
 
 
-def _picture(name: str, figure: Figure | None) -> Iterator[str]:
+def _picture(name: str, figure: "Figure | None") -> Iterator[str]:
     if figure is None:
         return
     wide, high = figure.get_size_inches()
