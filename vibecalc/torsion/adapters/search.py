@@ -133,8 +133,8 @@ def _poles_of_couplings(setup: Setup, first: float, last: float) -> LinePoles:
                     break
             poles.append(pole)
             places.append(place)
-    found, place = np.array(poles, dtype=np.complex128), np.array(places, dtype=np.int64)
-    return LinePoles(found, place, np.zeros_like(place))
+    met = np.array(places, dtype=np.int64)
+    return LinePoles(np.array(poles, dtype=np.complex128), met, np.zeros_like(met))
 
 
 # ----------------------------------------------------------------------------
