@@ -124,7 +124,7 @@ def damped_line_modes(
     factors.
     """
     found = refined(line, *(guess or guesses(line, natural_modes(line))), line_at)
-    first = np.count_nonzero(line.inertia) - len(found.pole)
+    first = int(np.count_nonzero(line.inertia)) - len(found.pole)
     # as one with all that dashpots join, and each part of it that only these join to the first
     springs = line.stiffness != 0.0
     rigid, parts = free_parts(line, springs | (line.damping != 0.0)), free_parts(line, springs)

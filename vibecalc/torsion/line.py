@@ -59,10 +59,11 @@ def chain(inertia: FloatArray, stiffness: FloatArray) -> Line:
 
 
 def lines_of(line: Line) -> list[Line]:
-    """The lines of one whose stiffness and loss factor have one leading axis."""
+    """The lines of one some values of which have one leading axis; none of one without."""
+    count = max(len(one) if one.ndim > 1 else 0 for one in line)
     return [
-        line._replace(stiffness=stiffness, loss_factor=loss)
-        for stiffness, loss in zip(line.stiffness, line.loss_factor, strict=True)
+        mapped(line, lambda one, place=place: one[place] if one.ndim > 1 else one)  # type: ignore[misc]
+        for place in range(count)
     ]
 
 
