@@ -383,7 +383,7 @@ class SmallSwings(Group):
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/small"
     rotor: Any = named("", "rad", "motion of the rotor, small swings", PEAK)
-    swing: Any = named("", "rad", "swing of the pendulums, small swings", PEAK)
+    swing: Any = lead("", "rad", "swing of the pendulums under the torque, small swings", PEAK)
     rotor_without: Any = named("", "rad", "motion of the rotor, pendulums locked", PEAK)
 
 

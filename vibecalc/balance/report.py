@@ -45,7 +45,7 @@ def axis_of(result: Result) -> int:
     return "xyz".index(str(table_of(result.case, "machine", "crank_train").get("axis", "x")))
 
 
-def angle_of(record: Record, at: int) -> str:
+def angle_of(record: Record, at: int, _path: str) -> str:
     """A weight with the angle at which it stands, for the first table."""
     size, phase = (record[f"{_WEIGHT}/{name}"].values[at] for name in ("unbalance", "phase"))
     name = labels(record[f"{_WEIGHT}/unbalance"].axes[0])[at]

@@ -33,7 +33,9 @@ class BearingLoad(Group):
     )  # fmt: skip
     mean: Any = q("{bearing}", "N", "mean magnitude over the cycle")
     mean_force: Any = q("{bearing} direction", "N", "mean force vector over the cycle")
-    peak_pressure: Any = q("{bearing}", "Pa", "peak load / (diameter x length)")
+    peak_pressure: Any = q(
+        "{bearing}", "Pa", "peak load / (diameter x length)", name="peak pressure, {load}"
+    )
     mean_pressure: Any = q("{bearing}", "Pa", "mean load / (diameter x length)")
 
 

@@ -67,7 +67,9 @@ def _below(name: str, where: str, better: str) -> Iterator[Entry]:
         yield entry(path, _ORDERS, unit, words, PEAK)
         yield entry(f"{path}_rms", "", unit, f"{words}, all orders", RMS, headline=head)
         words = f"{words} / {held}"
-        yield entry(f"{path}_efficiency", "", "", f"1 - r.m.s. of the {words}", headline=share)
+        yield entry(
+            f"{path}_efficiency", "", "", f"1 - r.m.s. of the {words}", headline=share, share=True
+        )
         yield entry(f"{path}_by_order", "order", "", f"1 - {words}")
     yield entry(
         f"{COUPLED}/{name}/transmissibility",

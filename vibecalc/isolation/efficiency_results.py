@@ -20,7 +20,7 @@ class OfVector(Group):
     ground_rms: Any = q("", "{unit}", f"{_GROUND}, over the cycle", RMS)
     ground_peak: Any = q("", "{unit}", f"{_GROUND}, largest over the cycle", PEAK)
     by_order: Any = q("order component", "", "1 - {what} on the ground / rigidly mounted")
-    rms: Any = lead("", "", "isolation efficiency, {what}, r.m.s.")
+    rms: Any = lead("", "", "isolation efficiency, {what}, r.m.s.", share=True)
     rms_level: Any = q("", "dB", "rigidly mounted / on mounts, r.m.s.", exempt=SPECTRUM)
     peak: Any = q("", "", "isolation efficiency, {what}, peak of all orders")
     peak_level: Any = q("", "dB", "rigidly mounted / on mounts, peak", exempt=SPECTRUM)

@@ -105,7 +105,7 @@ class Section(NamedTuple):
 _LITRES = 0.01
 _VARIABLE = "optimisation/variable/"
 #: unit -> from which size in SI on another one is read
-_LARGER = {"N*m": (1e4, "kN*m"), "g*mm": (0.1, "kg*m"), "g": (10.0, "kg")}
+_LARGER = {"N*m": (1e4, "kN*m"), "W": (1e4, "kW"), "g*mm": (0.1, "kg*m"), "g": (10.0, "kg")}
 
 
 def by_size(unit: str, values: Any) -> str:

@@ -50,6 +50,7 @@ from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.poles import guesses
 from vibecalc.torsion.speed_damping import SpeedDamping, turning
 from vibecalc.torsion.station_torques import (
+    ALONE,
     Harmonic,
     Orders,
     columns,
@@ -191,8 +192,10 @@ def build_drive(
     harmonics: list[Harmonic] = []
     if line is not None and line.excitations:
         harmonics = given_harmonics(case, shaft, lambda at: drive.mean_torque(at).value.sum(1))
-    every = columns(engine, [one.of for one in harmonics], case.machine.speed)
-    given = [one.of.station for one in harmonics]
+    alone = not len(engine) and not harmonics  # a step in time: order 1 of nothing
+    acting = ALONE if alone else engine
+    every = columns(acting, [one.of for one in harmonics], case.machine.speed)
+    given = [shaft.load_station] * alone + [one.of.station for one in harmonics]
     station = distinct([*shaft.cylinder_station.tolist(), *given]).astype(np.int64)
     fires = np.any(every.order[:, None] == engine, axis=1) & (every.fixed == 0.0)
 
