@@ -119,6 +119,8 @@ def loss_stiffness(line: Line, frequency: FloatArray) -> FloatArray:
 
 def equivalent_line(line: Line, frequency: float | FloatArray) -> Line:
     """The line with dashpots eta k / w in place of its loss factors; w (...) in rad/s."""
+    if not np.any(line.loss_factor):
+        return line
     w = np.asarray(frequency, dtype=float)[..., None]
     dashpot = line.damping + np.abs(line.loss_factor) * line.stiffness / w
     return line._replace(damping=dashpot, loss_factor=np.zeros_like(line.loss_factor))
