@@ -15,6 +15,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+from long_but import long_but
 from pydantic.fields import FieldInfo
 from shipped_cases import CASES, table_of
 
@@ -263,7 +264,7 @@ WRONG: dict[str, tuple[str, Any, str]] = {
 }
 
 
-@pytest.mark.parametrize("kind", ["", "machine"])
+@pytest.mark.parametrize("kind", long_but(["", "machine"], ""))
 @pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool[0])
 def test_tools_flag_wrong_cases(tool: tuple[str, ...], kind: str, tmp_path: Path) -> None:
     import tomli_w
