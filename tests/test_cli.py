@@ -142,7 +142,8 @@ def test_verify_exits_1_for_a_missed_reference_and_a_broken_limit(tmp_path: Path
     assert not Path("outputs").exists()
 
 
-def test_report_writes_where_it_is_told(result: Path) -> None:
+def test_report_writes_where_it_is_told(result: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    coarse(monkeypatch)
     assert command("report", str(result), "-o", "hand/").out == "hand/generator.txt\n"
     assert (
         Path("hand/generator.txt").read_text(encoding="utf-8") == command("report", str(result)).out
