@@ -1,4 +1,4 @@
-"""Claim: a study starts from the case as written, shows it next to the optimum, and counts what is no machine."""
+"""Claim: a study shows the case as written next to the optimum, and counts what is no machine."""
 
 from pathlib import Path
 
