@@ -177,7 +177,8 @@ def test_curves_of_an_absorber_are_known_before_the_run(study: str, tmp_path: Pa
             if 'curve = "locked"' in one
         )
         assert f"one.toml:{line}:" in said
-        assert "there is no curve named 'locked'" in said and "'as given', 'own damping 0'" in said
+        assert "there is no curve named 'locked'" in said
+        assert "'as given', 'absorber damping ratio 0'" in said
 
 
 def test_a_limit_of_an_optimisation_has_a_name_and_no_number(tmp_path: Path) -> None:

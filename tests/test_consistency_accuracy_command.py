@@ -109,7 +109,7 @@ def test_a_long_run_is_not_repeated_and_a_failing_module_leaves_a_note(
     assert [topic.stage for topic in found.topics] == ["kinematics"]
     assert found.notes == [
         "topics of excitation are left out: there is no such thing",
-        "what the tolerance costs is left out: a run takes more than 0 s",
+        "cost of the tolerance not measured: a run takes more than 0 s",
     ]
 
 

@@ -326,7 +326,7 @@ def test_an_order_that_is_balanced_already_is_called_so(tmp_path: Path) -> None:
     (loaded,) = load_checked([path])
     said = " ".join(render_report(execute(loaded)).split())
     assert "order 1 is balanced without weights" in said
-    assert "no weight lessens" not in said
+    assert "no weight reduces" not in said
 
 
 def test_what_is_left_of_all_orders_is_their_sum_over_a_turn() -> None:

@@ -89,7 +89,7 @@ def test_chapters_stand_in_their_order_and_their_numbers_close_up(
     assert page.count("Holzer table of mode") == 2
     assert {"Input", "Assumptions"} <= set(re.findall(r"<h3[^>]*>A\.\d+ ([^<]+)</h3>", page))
     rows = verdicts_of(result_of(name))
-    assert f"{sum(bool(row.kept) for row in rows)} of {len(rows)} limits are kept" in page
+    assert f"{sum(row.state == KEPT for row in rows)} of {len(rows)} limits are kept" in page
     # heading, line and a row for each in the table of the conclusion, which may go on below
     table = "\n".join(conclusion_table(result_of(name)))
     assert len(re.findall(r"informative|maker|case", table)) >= len(rows)
@@ -138,19 +138,21 @@ def test_a_range_that_may_not_be_barred_breaks_the_limit() -> None:
     result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/utilisation"
     found = changed(result, f"{ROOT_PATH}exceeded/permitted", [0.0, 1.0])
     assert next(one for one in verdicts_of(found) if one.quantity == path).state == BROKEN
-    assert flags(found) == ["BROKEN", "pass only"]
+    assert flags(found) == ["BROKEN", "barred range"]
 
 
 @pytest.mark.parametrize(
-    ("unbarred", "operating", "states"),
+    ("permitted", "unbarred", "operating", "states"),
     [
-        (1.5, 1.5, [BROKEN, BROKEN]),  # the operating speed is in the range
-        (0.9, 0.5, [BARRED, KEPT]),  # a range that may be barred
-        (1.2, 0.5, [BROKEN, KEPT]),  # above 0.8 of the rated speed the rule lets none be barred
+        ([1, 0], 0.9, 1.5, [BROKEN, BROKEN]),  # the operating speed is in the range
+        ([1, 1], 0.9, 0.5, [BARRED, KEPT]),  # ranges that may be barred
+        ([0, 1], 0.9, 0.5, [BROKEN, KEPT]),  # one of another condition may not
+        (None, 1.2, 0.5, [BROKEN, KEPT]),  # an older file has no ranges
+        (None, 0.9, 0.5, [BARRED, KEPT]),
     ],
 )
 def test_a_condition_is_broken_where_no_range_may_be_barred(
-    unbarred: float, operating: float, states: list[str]
+    permitted: list[int] | None, unbarred: float, operating: float, states: list[str]
 ) -> None:
     result = result_of("marine_propulsion")
     use = result.record[f"{ROOT_PATH}limit/each/utilisation"]
@@ -165,13 +167,19 @@ def test_a_condition_is_broken_where_no_range_may_be_barred(
     ):  # fmt: skip
         made = replace(use, path=stem + name, values=np.array(values)[:, None], axes=axes)
         quantities[stem + name] = made
+    folder, known = f"{ROOT_PATH}conditions/exceeded/", result.record[f"{ROOT_PATH}exceeded/limit"]
+    quantities = {path: one for path, one in quantities.items() if not path.startswith(folder)}
+    for name, values in (("limit", [1, 1]), ("permitted", permitted)) if permitted else ():
+        axis = replace(known.axes[0], values=np.array([1, 2]))
+        made = replace(known, path=folder + name, values=np.array(values), axes=(axis,))
+        quantities[made.path] = made
     found = with_quantities(result, quantities)
     rows = [one for one in verdicts_of(found) if one.element and one.quantity.startswith(stem)]
     assert [(one.utilisation, one.state) for one in rows] == [
         (2.2, states[0]),
         (operating, states[1]),
     ]
-    assert all(one.condition == "4 misfires (worst of 2)" for one in rows)
+    assert all(one.condition == "misfire of cylinder 4 (worst of 2 conditions)" for one in rows)
 
 
 def test_nothing_is_concluded_without_limits() -> None:

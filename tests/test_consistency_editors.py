@@ -293,7 +293,7 @@ def test_tools_flag_wrong_cases(tool: tuple[str, ...], kind: str, tmp_path: Path
 def test_the_files_of_the_document_find_the_schema(
     tool: tuple[str, ...], name: str, tmp_path: Path
 ) -> None:
-    page = (Path(__file__).parents[1] / "docs" / "editors.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[1] / "docs" / "ci.md").read_text(encoding="utf-8")
     block = page.split(f"`{name}`", 1)[1].split("```toml\n", 1)[1].split("```")[0]
     (tmp_path / name).write_text(block, encoding="utf-8")
     write_schema(tmp_path / "cases", "")

@@ -110,3 +110,50 @@ def test_orders_left_out_make_no_zero(tmp_path: Path) -> None:
         assert abs(exact - float(found.values)) <= found.error_estimate
         assert float(found.values) > 0.0
     assert f"{ROOT}/couple/rms" in few
+
+
+BOXER = """
+schema = 1
+title = "a boxer whose pistons differ by one part in a million"
+[machine]
+kind = "machine"
+speed = "3000 rpm"
+body = { mass = 400.0, inertia = [20.0, 30.0, 30.0] }
+[machine.crank_train]
+crank_radius = 0.05
+rod_length = 0.2
+[[machine.crank_train.cylinders]]
+name = "1"
+position = -0.05
+reciprocating_mass = 1.0
+[[machine.crank_train.cylinders]]
+name = "2"
+position = 0.05
+bank_angle = "180 deg"
+crank_phase = "180 deg"
+reciprocating_mass = 1.000001
+[machine.mounts]
+positions = [[-0.5, -0.3, -0.3], [-0.5, 0.3, -0.3], [0.5, -0.3, -0.3], [0.5, 0.3, -0.3]]
+each = { stiffness = 39226.6, damping = 198.057 }
+[excitation]
+[isolation]
+model = "rigid_body"
+efficiency = true
+"""
+
+
+def test_a_force_that_nearly_cancels_has_no_efficiency(tmp_path: Path) -> None:
+    """The couple moves the mounts along x: a thousand times the force of the rigid machine."""
+    (tmp_path / "boxer.toml").write_text(BOXER)
+    record = execute(load_checked([tmp_path / "boxer.toml"])[0]).record
+    acts, arrives = (float(record[f"{ROOT}/force/{one}_rms"].values) for one in ("held", "ground"))
+    assert 0.0 < 1e3 * acts < arrives
+    shares = {f"{ROOT}/force/{one}" for one in ("rms", "rms_level", "peak", "peak_level")}
+    assert shares.isdisjoint(record)
+    assert 0.0 < float(record[f"{ROOT}/couple/rms"].values) < 1.0
+    for path in ("force/by_order", "by_direction"):
+        each = record[f"{ROOT}/{path}"].values
+        assert np.all((each > -1e3) | np.isneginf(each))
+    rms, peak = (words for words in record.warnings if words.startswith("no isolation efficiency"))
+    assert "force, r.m.s.: the load of the rigidly mounted machine nearly cancels" in rms
+    assert f"{acts:.4g} N" in rms and f"{arrives:.4g} N" in rms and "force, peak" in peak

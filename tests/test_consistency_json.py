@@ -10,6 +10,7 @@ from report_samples import ORDERS, generator, optimised, quantity
 from vibecalc.core.report.text import as_json
 
 TOP = {"case", "result", "headlines", "quantities", "references", "limits", "timings"}
+HEADLINE = {"name", "value", "unit", "where", "quantity", "min", "max", "utilisation", "verdict"}
 REFERENCE = {
     "quantity", "where", "source", "value", "computed", "error", "resolved", "unit",
     "relative_difference", "within", "kind", "known_difference",
@@ -23,11 +24,23 @@ LIMIT = {
 def test_keys_are_those_promised() -> None:
     found = as_json(generator(), "outputs/generator.h5")
     assert set(found) == TOP
+    assert all(set(row) == HEADLINE for row in found["headlines"])
     assert all(set(row) == REFERENCE for row in found["references"])
     assert all(set(row) == LIMIT for row in found["limits"])
     numbers = found["quantities"].values()
     assert all(set(entry) == {"value", "unit", "error", "resolved"} for entry in numbers)
     assert (found["case"], found["result"]) == ("generator", "outputs/generator.h5")
+
+
+def test_a_headline_carries_the_limit_that_decides() -> None:
+    path = "isolation/couple_over_lever/steady_peak"
+    limits = [{"quantity": path, "max": bound} for bound in ("1 kN", "50 N")]
+    rows = as_json(generator(limit=limits))["headlines"]
+    (row,) = (one for one in rows if one["quantity"] == path)
+    assert (row["min"], row["max"], row["verdict"], row["unit"]) == (None, 50.0, "broken", "N")
+    assert row["utilisation"] == pytest.approx(row["value"] / 50.0, rel=1e-12)
+    free = next(one for one in rows if one["quantity"] == "excitation/couple_peak")
+    assert [free[name] for name in ("min", "max", "utilisation", "verdict")] == 4 * [None]
 
 
 def test_it_survives_strict_json() -> None:

@@ -30,6 +30,7 @@ from vibecalc.core.results.renamed import (
     current_key,
     current_name,
     current_path,
+    current_where,
 )
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.verdicts import as_objects, from_objects, verdicts_of
@@ -198,6 +199,15 @@ def test_keys_are_renamed_part_by_part() -> None:
     assert current_key("machine.crank_train.cylinders[0].name") == (
         "machine.crank_train.cylinders[0].name"
     )
+
+
+def test_entries_of_an_axis_have_the_names_of_now() -> None:
+    where = {"curve": "own damping 0.05", "peak": 1}
+    now = {"curve": "absorber damping ratio 0.05", "peak": 1}
+    assert current_where(where) == now == current_where(now)
+    assert current_case({"limit": [{"where": where}]}) == {"limit": [{"where": now}]}
+    before = read_result(GOLDEN / "absorber_curves.h5").record["response/absorber/largest"]
+    assert "absorber damping ratio 0.05" in before.axes[0].values
 
 
 def test_a_result_of_before_has_the_names_of_now(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case, resolve, validate
 from vibecalc.core.results.record import Record
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 from vibecalc.numerics.synthesis import Cycles, synthesis
 from vibecalc.torsion.station_torques import record_harmonics
@@ -205,6 +206,27 @@ def test_two_cycles_meet_in_every_phase() -> None:
 # ----------------------------------------------------------------------------
 # Changes in time.
 # ----------------------------------------------------------------------------
+
+
+def test_a_load_step_needs_no_excitation() -> None:
+    step = {"kind": "load_step", "on": "pump", "torque": 40.0, "time_after": 0.2}
+    nothing = [{"on": "motor", "orders": [1.0], "torques": [0.0]}]
+    made = []
+    for given in ((), nothing):
+        case = table("pump_drive", excitations=given)
+        case["response"]["torsion"] = {"transient": step}
+        made.append(run_case(validate(case)))
+    alone, same = made
+    assert set(alone) == set(same)
+    for name in ("transient/peak", "transient/steady_after", "modes/natural_frequency"):
+        assert np.array_equal(alone[f"{ROOT}/{name}"].values, same[f"{ROOT}/{name}"].values)
+    assert not np.any(alone[f"{ROOT}/torque_half_range"].values)
+    # no order is near a mode where none acts
+    assert not np.any(alone[f"{ROOT}/margin/nearest_order"].values)
+    case["machine"]["shaft_line"]["excitations"] = ()
+    case["response"]["torsion"]["speeds"] = {"from": 100.0, "to": 160.0, "points": 5}
+    (problem,) = check_machine(validate(case))
+    assert "nothing excites this line" in problem.message
 
 
 def test_a_cylinder_that_stops_firing_takes_its_own_orders_along_and_no_others() -> None:

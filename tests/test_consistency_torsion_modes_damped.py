@@ -17,9 +17,9 @@ from vibecalc.torsion.damped_modes import (
     damped_line_modes,
     moves_modes,
 )
-from vibecalc.torsion.line import Line, chain, damping_matrix, stiffness_matrix
+from vibecalc.torsion.line import Line, chain, damping_matrix, equivalent_line, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.poles import all_poles, equivalent_line
+from vibecalc.torsion.poles import all_poles
 
 
 def damped_engine(coefficient: float) -> Line:

@@ -49,19 +49,22 @@ def test_pendulums_hold_their_station_still_at_any_speed(speed: float) -> None:
         'dampers = [{ name = "ring", on = "a", kind = "pendulum", order = 1.5, mass = "0.6 kg", '
         'arm_radius = "90 mm", count = 4 }]'
     )
-    braked = pendulum.replace("count = 4", 'count = 4, damping = "0.4 N*m*s/rad"')
+    braked = pendulum.replace("{", "{{").replace(
+        "count = 4 }", 'count = 4, damping = "{} N*m*s/rad" }}'
+    )
     ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
     attached = replaced(ENGINE, (ring, pendulum))
     text = at_speed(attached, speed)
     critical = value(text, "critical/speed")
     natural = value(at_speed(attached, float(critical[2, 7])), "modes/natural_frequency")
     assert natural[2] == pytest.approx(4.0 * critical[2, 7], rel=1e-9)
-    if speed == 95.0:  # a pole that follows the speed meets the order in its magnitude
-        damped = replaced(ENGINE, (ring, braked))
-        met = value(at_speed(damped, speed), "critical/speed")[2, 7]
-        there = value(at_speed(damped, float(met)), "modes/natural_frequency")
-        assert there[2] == pytest.approx(4.0 * met, rel=1e-12)
-        assert met == pytest.approx(critical[2, 7], rel=0.01) and met != critical[2, 7]
+    if speed == 95.0:  # light damping moves no natural frequency, heavy damping locks the pendulums
+        for damping, share in ((0.4, 0.0), (40.0, 0.05)):
+            damped = replaced(ENGINE, (ring, braked.format(damping)))
+            met = value(at_speed(damped, speed), "critical/speed")[2, 7]
+            there = value(at_speed(damped, float(met)), "modes/natural_frequency")
+            assert there[2] == pytest.approx(4.0 * met, rel=1e-12)
+            assert 0.5 * share <= 1.0 - met / critical[2, 7] <= share
     angle = np.abs(value(text, "angle"))
     assert angle[0, 2] < 1e-9 * angle[1, 2]
     assert angle[0, 3] > 1e-3 * angle[1, 3]

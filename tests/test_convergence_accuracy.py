@@ -73,7 +73,7 @@ def test_a_series_ends_where_its_time_does_and_the_default_is_run(
     trials = measure(asked, 20.0, 0).trials
     done, late = TRIAL_DONE, TRIAL_NOT_RUN
     assert [one.status for one in trials] == [done, done, late, done, done]
-    assert trials[2].cause == "the time for its question was used up"
+    assert trials[2].cause == "the time limit of its topic was reached"
     assert [one.seconds for one in trials] == [1.5, 6.0, math.inf, 8.0, 0.0]
 
 

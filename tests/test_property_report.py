@@ -103,6 +103,7 @@ def test_special_values_have_words() -> None:
     assert show_percent(None) == "-"
     shares = {-1e-9: "0.0000", 0.012345: "+1.23", -0.99999: "-100.0", 22.229: "+2223"}
     assert {one: show_percent(one) for one in shares} == {k: f"{v} %" for k, v in shares.items()}
+    assert (show_percent(380.0), show_percent(1.0e9)) == ("factor 381", "factor 1.0e+09")
     assert show_phase(-1.0 + 1e-17j) == show_phase(-1.0 - 1e-17j) == "180.00"
     assert show_phase(1.0 - 1e-17j) == "0.00"
 

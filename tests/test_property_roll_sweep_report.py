@@ -6,9 +6,10 @@ from report_samples import quantity
 from shipped_cases import result_of
 from sweep_views import axis_of, key, view
 
+from vibecalc.core.report.goals import key_words
 from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.sweep.statistics import extreme_lines
-from vibecalc.core.report.sweep.view import SweepView, _short
+from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.results.record import Axis, Record
 
 LEVEL = "response/roll/level/shell_acceleration"
@@ -50,7 +51,7 @@ def test_each_order_of_a_level_has_its_own_extremes() -> None:
     ],
 )  # fmt: skip
 def test_a_key_says_whose_it_is(keys: list[str], words: list[str]) -> None:
-    assert _short(keys, CASE) == words
+    assert key_words(keys, CASE) == words
 
 
 def test_the_terminal_names_the_strongest_order() -> None:

@@ -42,6 +42,7 @@ from vibecalc.core.report.sweep.statistics import (
     entries,
     extreme_lines,
     first_of,
+    point_lines,
     worst,
 )
 from vibecalc.core.report.sweep.text import render_sweep
@@ -194,10 +195,7 @@ def test_where_no_point_keeps_all_limits_the_least_broken_one_is_named() -> None
     assert found is not None and (found[0], found[2]) == (1, pytest.approx(0.5))
     text = "\n".join(limit_lines(sweep, judged))
     assert "No computed point meets all limits." in text
-    assert (
-        "closest: stiffness = 0.002 N/mm, peak, force, isolation violates its limit by 50.0 %"
-        in text
-    )
+    assert "closest: stiffness = 0.002 N/mm; peak, force, isolation: 3.000 N, max 2 N" in text
 
 
 def test_a_limit_on_what_is_not_kept_is_said() -> None:
@@ -289,3 +287,16 @@ def test_results_with_entries_that_nobody_asked_to_keep_are_said() -> None:
     kept = dataclasses.replace(with_plan, case={**with_plan.case, "sweep": {"keep": [DEFLECTION]}})
     told = dataclasses.replace(swept, head=dataclasses.replace(swept.head, result=kept))
     assert "Not stored" not in render_sweep(told)
+
+
+def test_a_sweep_along_one_axis_lists_its_results_point_by_point() -> None:
+    def rows(sweep: SweepView) -> list[list[str]]:
+        return [line.split() for line in text_of(point_lines(sweep)).splitlines()]
+
+    few = rows(one_axis([5.0, np.inf, 3.0], errors=0.0, failed={2: (REFUSED, "no")}))
+    assert few[-3:] == [["0.001", "5.000"], ["0.002", "unbounded"], ["0.003", "-"]]
+    many = rows(one_axis(np.linspace(1.0, 2.0, 60)))
+    assert [row[0] for row in many[-21:]] == [f"{0.001 + 0.003 * i:.6g}" for i in range(20)] + [
+        "0.06"
+    ]
+    assert point_lines(mounts()) == []

@@ -7,9 +7,9 @@ from random_engines import random_engine
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
+from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.torsion.critical_speeds import largest
-from vibecalc.torsion.holzer import angle_uncertainty, shape_uncertainty, uncertainty_of
 from vibecalc.torsion.line import chain, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 
@@ -18,7 +18,7 @@ def test_errors_of_a_shape_that_fades() -> None:
     inertia = np.array([1.0, 1.1, 0.9, 1.0, 1.2, 40.0, 3.0, 0.01])
     line = chain(inertia, np.array([1e6, 1.1e6, 0.9e6, 1e6, 1e6, 3e5, 2e6]))
     modes = natural_modes(line)
-    uncertainty = shape_uncertainty(line, modes)
+    shape = with_errors(lambda one: natural_modes(one).shape, line)
     with mpmath.workdps(40):
         root = [mpmath.sqrt(mpmath.mpf(j)) for j in inertia.tolist()]
         matrix = mpmath.matrix(stiffness_matrix(line).tolist())
@@ -28,20 +28,19 @@ def test_errors_of_a_shape_that_fades() -> None:
         _, vectors = mpmath.eigsy(matrix)
         true = [[vectors[a, m] / root[a] for a in range(8)] for m in range(8)]
         rows = []
-        for own, shape in zip(true, modes.shape.tolist(), strict=True):
-            top = int(np.argmax(np.abs(shape)))
+        for own, angle in zip(true, modes.shape.tolist(), strict=True):
+            top = int(np.argmax(np.abs(angle)))
             rows.append(
-                [float(x / own[top] * shape[top] - y) for x, y in zip(own, shape, strict=True)]
+                [float(x / own[top] * angle[top] - y) for x, y in zip(own, angle, strict=True)]
             )
-    error, reported = np.abs(rows)[1:], angle_uncertainty(uncertainty)[1:]
+    error, reported = np.abs(rows)[1:], shape.error[1:]
     assert np.all(error <= 10.0 * reported)
     # the first station all but stands still in the highest mode
     assert abs(modes.shape[-1, 0]) < 1e-9
     assert reported[-1, 0] < 0.01 * modes.shape_error[-1]
-    twist = np.zeros((1, 8))
-    twist[0, :2] = 1.0, -1.0
-    own = uncertainty_of(uncertainty, twist)[-1, 0]
-    assert abs(rows[-1][0] - rows[-1][1]) <= 10.0 * own < 0.1 * modes.shape_error[-1]
+    twist = with_errors(lambda one: natural_modes(one).shape @ [1.0, -1.0, *6 * [0.0]], line)
+    off = float(twist.error[-1])
+    assert abs(rows[-1][0] - rows[-1][1]) <= 10.0 * off < 0.1 * modes.shape_error[-1]
 
 
 def test_largest_value_in_the_last_and_the_first_step() -> None:

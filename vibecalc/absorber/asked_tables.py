@@ -175,7 +175,7 @@ VARIED = {
     "mass_ratio": "mass ratio",
     "stiffness_ratio": "stiffness ratio",
     "damping_over_primary_critical": "damping",
-    "absorber_damping_ratio": "own damping",
+    "absorber_damping_ratio": "absorber damping ratio",
 }
 
 

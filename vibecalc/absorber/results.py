@@ -1,11 +1,10 @@
 """Results of absorbers: response, tuning, hardware, and pendulums on a rotor."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from vibecalc.absorber.motion_results import AXES as MOTION_AXES
 from vibecalc.absorber.motion_results import BAND_ENTRIES, MOTION_ENTRIES
-from vibecalc.core.results.described import entries_of, lead, named, q
+from vibecalc.core.results.described import Group, entries_of, lead, named, q
 from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, PLACE, Headline, entry
 
 # ----------------------------------------------------------------------------
@@ -27,8 +26,7 @@ _LARGEST = Headline(
 )
 
 
-@dataclass(frozen=True)
-class Response:
+class Response(Group):
     """Curves of a primary with its absorbers, their largest values, and frequencies."""
 
     ROOT: ClassVar[str] = RESPONSE_ROOT
@@ -36,22 +34,26 @@ class Response:
     relative_curve: Any = q("curve frequency_ratio", "",
         "motion of the absorber against the primary, as a ratio, complex", PEAK)  # fmt: skip
     frequency: Any = q("frequency_ratio", "rad/s", "frequency of the excitation")
-    largest: Any = q("curve", "", "largest response at any frequency", headline=_LARGEST)
+    largest: Any = q("curve", "", "largest response at any frequency", headline=_LARGEST,
+        name="largest response of the primary")  # fmt: skip
     largest_frequency_ratio: Any = q("curve", "",
         "where that is, over the primary's own frequency; infinite for a limit at high frequency",
+        name="frequency ratio of the largest response",
     )  # fmt: skip
     largest_travel: Any = lead("curve", "", _TRAVEL, pick="first", unless=_TUNED)
     natural_frequency_ratio: Any = q("mode", "",
         "undamped natural frequencies over the primary's own; infinite where parts are locked",
+        name="undamped natural frequency ratio",
     )  # fmt: skip
-    antiresonance: Any = q("", "", "frequency at which an undamped absorber stops the primary")
-    locked_frequency_ratio: Any = q("", "", "natural frequency with the absorber locked")
-    primary_frequency: Any = q("", "rad/s", "natural frequency of the primary alone")
+    antiresonance: Any = q("", "", "frequency at which an undamped absorber stops the primary",
+        name="frequency ratio of the antiresonance")  # fmt: skip
+    locked_frequency_ratio: Any = q("", "", "natural frequency with the absorber locked",
+        name="natural frequency ratio, absorber locked")  # fmt: skip
+    primary_frequency: Any = named("", "rad/s", "natural frequency of the primary alone")
     pole: Any = q("pole", "", "damped pole over the primary's own frequency, complex")
 
 
-@dataclass(frozen=True)
-class EachResponse:
+class EachResponse(Group):
     """Motions of each of several absorbers."""
 
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/each"
@@ -62,23 +64,24 @@ class EachResponse:
         "largest motion of each absorber against what carries it")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Peaks:
+class Peaks(Group):
     """Maxima of all curves."""
 
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/peak"
-    magnitude: Any = q("curve peak", "", "maxima of the response; 0: none")
-    frequency_ratio: Any = q("curve peak", "", "frequency ratios of the maxima; 0: none")
+    magnitude: Any = q("curve peak", "", "maxima of the response; 0: none",
+        name="maximum of the response")  # fmt: skip
+    frequency_ratio: Any = q("curve peak", "", "frequency ratios of the maxima; 0: none",
+        name="frequency ratio of a maximum")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class FixedPoints:
+class FixedPoints(Group):
     """Points that the curves of all dampings of the absorber pass."""
 
     ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/fixed_point"
     frequency_ratio: Any = q("fixed_point", "",
-        "frequency at which the absorber's damping does not matter")  # fmt: skip
-    magnitude: Any = q("fixed_point", "", "response at the fixed point")
+        "frequency at which the absorber's damping does not matter",
+        name="frequency ratio")  # fmt: skip
+    magnitude: Any = q("fixed_point", "", "response at the fixed point", name="response")
 
 
 # ----------------------------------------------------------------------------
@@ -86,24 +89,27 @@ class FixedPoints:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Tuning:
+class Tuning(Group):
     """The best absorber, and what it brings."""
 
     ROOT: ClassVar[str] = TUNING_ROOT
     peak: Any = lead("", "", "largest response of the primary, tuned")
-    peak_alone: Any = lead("", "", "the same without the absorber", about="at any frequency")
+    peak_alone: Any = lead(
+        "", "", "largest response without the absorber", about="at any frequency"
+    )
     peak_less_one: Any = q("", "", "largest response less 1, with its own error")
     mean_square: Any = lead("", "", "mean square response, tuned",
         about="integral over all frequencies")  # fmt: skip
-    mean_square_alone: Any = lead("", "", "the same without the absorber", about="mean square")
-    mass_ratio: Any = q("", "", "inertia of the absorber over that of the primary")
-    primary_damping: Any = named("", "", "damping of the primary, c1/(2 sqrt(K1 J1))")
-    stiffness_ratio: Any = lead("", "", "stiffness ratio, tuned",
-        about="absorber over primary", unless=f"{TUNING_ROOT}/secondary_frequency")  # fmt: skip
-    damping_over_primary_critical: Any = lead("", "", "damping of the absorber, c2/(2 sqrt(K1 J1))",
+    mean_square_alone: Any = lead("", "", "mean square response without the absorber")
+    mass_ratio: Any = q("", "", "inertia of the absorber over that of the primary",
+        name="mass ratio, absorber / primary")  # fmt: skip
+    primary_damping: Any = named("", "", "damping ratio of the primary")
+    stiffness_ratio: Any = lead("", "", "stiffness ratio, absorber / primary",
+        about="tuned", unless=f"{TUNING_ROOT}/secondary_frequency")  # fmt: skip
+    damping_over_primary_critical: Any = lead("", "",
+        "damping of the absorber / critical damping of the primary",
         unless=f"{TUNING_ROOT}/absorber_damping_ratio")  # fmt: skip
-    absorber_damping_ratio: Any = lead("", "", "damping ratio of the absorber, c2/(2 J2 w2)")
+    absorber_damping_ratio: Any = lead("", "", "damping ratio of the absorber")
     travel: Any = lead("", "", _TRAVEL, unless=f"{RESPONSE_ROOT}/motion/in_band/travel")
     certificate: Any = q("", "", "remainder of the gradients: 0 for an optimum",
         exempt=CHECK, diagnostic=True)  # fmt: skip
@@ -118,8 +124,7 @@ class Tuning:
     secondary_frequency: Any = lead("", "rad/s", "natural frequency of the absorber alone")
 
 
-@dataclass(frozen=True)
-class Active:
+class Active(Group):
     """The peaks that hold a tuning."""
 
     ROOT: ClassVar[str] = f"{TUNING_ROOT}/active"
@@ -134,8 +139,7 @@ class Active:
 _BUILT = f"{TUNING_ROOT}/each/frequency"
 
 
-@dataclass(frozen=True)
-class EachTuned:
+class EachTuned(Group):
     """Mass, spring and damper of each of several absorbers."""
 
     ROOT: ClassVar[str] = f"{TUNING_ROOT}/each"
@@ -144,7 +148,7 @@ class EachTuned:
         pick="each", unless=_BUILT, exempt=DIFFERENCE)  # fmt: skip
     damping_over_primary_critical: Any = q("absorber", "",
         "damping of absorber, c2 / (2 sqrt(K1 J1))", exempt=DIFFERENCE)  # fmt: skip
-    absorber_damping_ratio: Any = lead("absorber", "", "damping ratio of absorber, c2/(2 J2 w2)",
+    absorber_damping_ratio: Any = lead("absorber", "", "damping ratio of absorber",
         pick="each", unless=_BUILT, exempt=DIFFERENCE)  # fmt: skip
     torsional_stiffness: Any = lead("absorber", "N*m/rad", "spring of absorber",
         pick="each", exempt=DIFFERENCE)  # fmt: skip
@@ -161,16 +165,20 @@ class EachTuned:
         "largest motion of each absorber against what carries it", exempt=DIFFERENCE)  # fmt: skip
 
 
-#: what a tuning finds, said of several tunings
+#: what a tuning finds, said of several tunings, and in short
 _FOUND = (
-    ("stiffness_ratio", "stiffness of the absorber over that of the primary"),
-    ("damping_over_primary_critical", "damping of the absorber, c2 / (2 sqrt(K1 J1))"),
-    ("peak", "largest response of the primary"),
-    ("absorber_damping_ratio", "damping of the absorber on its own frequency, c2 / (2 J2 w2)"),
+    ("stiffness_ratio", "stiffness of the absorber over that of the primary", "stiffness ratio"),
+    (
+        "damping_over_primary_critical",
+        "damping of the absorber, c2 / (2 sqrt(K1 J1))",
+        "damping / critical damping of the primary",
+    ),
+    ("peak", "largest response of the primary", "peak response"),
+    ("absorber_damping_ratio", "damping ratio of the absorber", "damping ratio"),
 )
 #: other tunings, in tables below that of the best one: their axes and words
 _OTHERS = (
-    *(entry(f"{TUNING_ROOT}/method/{name}", "method", "", words) for name, words in _FOUND[:3]),
+    *(entry(f"{TUNING_ROOT}/method/{name}", "method", "", words) for name, words, _ in _FOUND[:3]),
     entry(f"{TUNING_ROOT}/method/promised", "method", "", "peak predicted by the formula"),
     entry(f"{TUNING_ROOT}/method/loss", "method", "",
         "objective over its optimum, less 1"),
@@ -179,16 +187,16 @@ _OTHERS = (
     entry(f"{TUNING_ROOT}/mistuning/worst", "share", "",
         "the same with the worst combination of such errors of spring and damper"),
     *(entry(f"{TUNING_ROOT}/sensitivity/{name}", "ratio", "",
-        f"derivative of the optimum {words}", exempt=DIFFERENCE) for name, words in _FOUND[:3]),
+        f"derivative of the optimum {words}", exempt=DIFFERENCE) for name, words, _ in _FOUND[:3]),
     *(entry(f"{TUNING_ROOT}/unbounded/{name}", "", "", f"{words}, without the bounds")
-        for name, words in _FOUND[:3]),
+        for name, words, _ in _FOUND[:3]),
     entry(f"{TUNING_ROOT}/unbounded/travel", "", "",
         "largest relative motion of the absorber, without the bounds"),
     entry(f"{TUNING_ROOT}/bounds/active", "tuning_bound", "", "1: this bound is active"),
     entry(f"{TUNING_ROOT}/bounds/penalty", "", "",
         "peak within the bounds over that without, less 1"),
-    *(entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"optimum {words}")
-        for name, words in _FOUND),
+    *(entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"optimum {words}",
+        name=f"optimum {short}") for name, words, short in _FOUND),
     entry(f"{TUNING_ROOT}/map/peak", "stiffness_ratio damping_over_primary_critical", "",
         "largest response around the optimum"),
 )  # fmt: skip
@@ -201,8 +209,7 @@ _PENALTY = "that peak over that of the tuning, less 1"
 _PRIMARY = "c2 / (2 sqrt(K1 J1))"
 
 
-@dataclass(frozen=True)
-class Hardware:
+class Hardware(Group):
     """What single parts are, and what the tuning asks of them."""
 
     ROOT: ClassVar[str] = HARDWARE_ROOT
@@ -215,20 +222,20 @@ class Hardware:
     dynamic_viscosity: Any = q("", "Pa*s", "required viscosity in the gap")
 
 
-@dataclass(frozen=True)
-class Built:
+class Built(Group):
     """What springs and oil that are in give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/built"
     stiffness_ratio: Any = named("", "", "stiffness ratio, installed springs")
-    damping_over_primary_critical: Any = named("", "", f"damping, installed oil, {_PRIMARY}")
+    damping_over_primary_critical: Any = named(
+        "", "", "damping, installed oil / critical damping of the primary"
+    )
     spring_rate: Any = named("", "N/m", "rate of each installed spring")
     peak: Any = named("", "", "largest response with the installed parts")
     peak_frequency: Any = named("", "rad/s", "peak frequency, installed parts")
 
 
-@dataclass(frozen=True)
-class Films:
+class Films(Group):
     """Damping over dynamic viscosity of the films in the gap."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/gap"
@@ -237,8 +244,7 @@ class Films:
     bore: Any = named("", "m^3", "damping / dynamic viscosity, bore")
 
 
-@dataclass(frozen=True)
-class StockSprings:
+class StockSprings(Group):
     """What springs that can be bought give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/spring"
@@ -246,8 +252,7 @@ class StockSprings:
     stiffness_ratio: Any = q("stock_spring", "", "stiffness ratio with these springs")
 
 
-@dataclass(frozen=True)
-class StockOils:
+class StockOils(Group):
     """What oils that can be bought give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/oil"
@@ -258,8 +263,7 @@ class StockOils:
         "temperature at which the oil has the required viscosity; 0: never")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class StockDampers:
+class StockDampers(Group):
     """What dampers that can be bought give."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/damper"
@@ -267,11 +271,9 @@ class StockDampers:
     damping_over_primary_critical: Any = q("stock_damper", "", "the same, c2 / (2 sqrt(K1 M1))")
 
 
-@dataclass(frozen=True)
-class Pairs:
+class Pairs(Group):
     """The response with every pair of parts in stock."""
 
-    ROOT: ClassVar[str]
     peak: Any = q("stock_spring stock_{part}", "",
         "largest response with these springs and this {part}")  # fmt: skip
     penalty: Any = q("stock_spring stock_{part}", "", _PENALTY, exempt=DIFFERENCE)
@@ -293,8 +295,7 @@ class DamperPairs(Pairs):
     WORDS: ClassVar = {"part": "damper"}
 
 
-@dataclass(frozen=True)
-class Buy:
+class Buy(Group):
     """The best pair in stock."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/buy"
@@ -302,8 +303,7 @@ class Buy:
     penalty: Any = q("", "", _PENALTY, exempt=DIFFERENCE)
 
 
-@dataclass(frozen=True)
-class Warming:
+class Warming(Group):
     """What the absorber becomes as its oil warms."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/warming"
@@ -315,8 +315,7 @@ class Warming:
     best_peak: Any = q("temperature", "", "peak with such springs")
 
 
-@dataclass(frozen=True)
-class Bending:
+class Bending(Group):
     """Bending of the rod."""
 
     ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/bending"
@@ -331,8 +330,7 @@ class Bending:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class FrictionDamped:
+class FrictionDamped(Group):
     """A primary with a friction damper, by the first harmonic of the friction."""
 
     ROOT: ClassVar[str] = FRICTION_ROOT
@@ -365,15 +363,14 @@ class FrictionDamped:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Pendulum:
+class Pendulum(Group):
     """The order that pendulums follow, and the absorber that they are."""
 
     ROOT: ClassVar[str] = PENDULUM_ROOT
     order: Any = lead("", "", "order of the pendulum", about="of small swings")
     path_radius: Any = named("", "m", "radius of the path at its vertex")
-    path_exponent: Any = named("", "", "form of the path (0 circle, 1 cycloid)")
-    detuning: Any = named("", "1/rad^2", "change of order per swing squared")
+    path_exponent: Any = named("", "", "path exponent (0 circle, 1 cycloid)")
+    detuning: Any = named("", "1/rad^2", "relative change of order / swing squared")
     largest_swing: Any = lead("", "rad", "maximum swing of the pendulum on its path")
     mass_ratio: Any = named("", "", "mass ratio of the equivalent absorber")
     inertia: Any = named("", "kg*m^2", "inertia of the equivalent absorber")
@@ -381,18 +378,16 @@ class Pendulum:
     order_of_swing: Any = q("swing", "", "order of the pendulum at this swing")
 
 
-@dataclass(frozen=True)
-class SmallSwings:
+class SmallSwings(Group):
     """Motions under the torque of the case by equations for small swings, complex."""
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/small"
     rotor: Any = named("", "rad", "motion of the rotor, small swings", PEAK)
-    swing: Any = named("", "rad", "swing of the pendulums, small swings", PEAK)
+    swing: Any = lead("", "rad", "swing of the pendulums under the torque, small swings", PEAK)
     rotor_without: Any = named("", "rad", "motion of the rotor, pendulums locked", PEAK)
 
 
-@dataclass(frozen=True)
-class OverOrders:
+class OverOrders(Group):
     """The same over the order of the torque."""
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/response"
@@ -400,8 +395,7 @@ class OverOrders:
     without: Any = q("order_ratio", "rad", "the same, pendulums locked", PEAK)
 
 
-@dataclass(frozen=True)
-class SteadySwings:
+class SteadySwings(Group):
     """Swings of an undamped pendulum by its exact equations."""
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/steady"
@@ -409,8 +403,7 @@ class SteadySwings:
     largest_swing: Any = q("steady_swing", "rad", "largest angle of swing over the cycle")
 
 
-@dataclass(frozen=True)
-class Jump:
+class Jump(Group):
     """The end of the motion out of rest."""
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/jump"

@@ -568,7 +568,7 @@ SUBJECT = Subject(
         "pendulum": "vibecalc.absorber.pictures:SWINGING",
     },
     assumes=(
-        "The primary has one mode or given modes and is linear; pendulums keep their "
-        "large swing. Excitation is steady, harmonic or white.",
+        "The primary is linear and has one mode, or the modes given; absorbers are linear, "
+        "pendulums swing by large angles. The excitation is steady: harmonic or white noise.",
     ),
 )

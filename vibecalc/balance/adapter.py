@@ -46,8 +46,7 @@ def run_balance(scene: Scene) -> None:
     for order, one in zip(orders, solved, strict=True):
         if not np.any(one.unbalance.value) and one.left.value > one.left.error:
             scene.warn(
-                f"[balance]: no weight lessens what there is of order {order}, so that all of its "
-                "weights are zero"
+                f"[balance]: no weight reduces order {order}, so that all of its weights are zero"
             )
     back = np.argsort(np.concatenate(rows))
     unbalance = concatenate([one.unbalance for one in solved])[back]

@@ -45,7 +45,7 @@ def axis_of(result: Result) -> int:
     return "xyz".index(str(table_of(result.case, "machine", "crank_train").get("axis", "x")))
 
 
-def angle_of(record: Record, at: int) -> str:
+def angle_of(record: Record, at: int, _path: str) -> str:
     """A weight with the angle at which it stands, for the first table."""
     size, phase = (record[f"{_WEIGHT}/{name}"].values[at] for name in ("unbalance", "phase"))
     name = labels(record[f"{_WEIGHT}/unbalance"].axes[0])[at]
@@ -106,7 +106,7 @@ def _orders(record: Record) -> list[str]:
     columns = [
         Cells(f"{when}/{name}", head)
         for name, words in _BY_ORDER
-        for when, head in (("before", f"{words}\nbefore"), ("after", "\nafter"))
+        for when, head in (("before", f"{words}\nwithout"), ("after", "\nwith"))
     ]
     return rows_of(record, Rows("order", "order", columns, ROOT, "{:g}", places=places))[0]
 
@@ -166,8 +166,8 @@ def _freedom(count: int, bounded: list[bool]) -> str:
     if each and not all(bounded):
         each += ", or of the largest maximum where it has none"
     return (
-        f"not unique: {count} of {len(2 * bounded)} unknowns are free; shown is the least sum of "
-        f"squares of the unbalances{each}"
+        f"not unique: {count} of {len(2 * bounded)} unknowns are free; the smallest weights are "
+        f"shown, by the sum of squares of the unbalances{each}"
     )
 
 

@@ -1,14 +1,12 @@
 """Results of the weights sought for the least force and couple."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, q
+from vibecalc.core.results.described import Group, entries_of, lead, q
 from vibecalc.core.results.record import CHECK, PEAK, SEARCHED, TURN, Headline
 
 
-@dataclass(frozen=True)
-class WeightsFound:
+class WeightsFound(Group):
     """Size and place of each weight."""
 
     ROOT: ClassVar[str] = "balance/weight"
@@ -29,11 +27,9 @@ class WeightsFound:
     utilisation: Any = q("balance_bound", "", "unbalance over the largest of the weight")
 
 
-@dataclass(frozen=True)
-class Shaking:
+class Shaking(Group):
     """What acts by order, and of all orders together."""
 
-    ROOT: ClassVar[str]
     force: Any = q("order", "N", "largest force over a turn, {how}", PEAK)
     couple: Any = q("order", "N*m", "largest couple across the crankshaft over a turn, {how}", PEAK)
     roll_couple: Any = q("order", "N*m", "couple about the crankshaft, {how}", PEAK)
@@ -57,8 +53,7 @@ class After(Shaking):
     WORDS: ClassVar = {"how": "with the weights"}
 
 
-@dataclass(frozen=True)
-class Left:
+class Left(Group):
     """What the weights leave, and whether others could leave less."""
 
     ROOT: ClassVar[str] = "balance"

@@ -120,7 +120,7 @@ def _emit(
         known["mean_pressure"] = lambda: means()[0] / areas
     if group is SideThrust:
         known["force"] = lambda: with_terms(over_cycle(kind).real)
-    found = {name: one for name, one in known.items() if name in group.__dataclass_fields__}
+    found = {name: one for name, one in known.items() if name in group.KNOWN}
     scene.emit_all(group(**found), axes)
 
 

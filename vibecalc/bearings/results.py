@@ -1,9 +1,8 @@
 """Results of bearing loads: crank pins, wrist pins, cylinder walls, main bearings."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, q
+from vibecalc.core.results.described import Group, entries_of, lead, q
 from vibecalc.core.results.record import CYCLE, PLACE, TURN
 
 # ----------------------------------------------------------------------------
@@ -17,14 +16,12 @@ def _words(
     return {"load": load, "what": what, "bearing": bearing, "reference": reference}
 
 
-@dataclass(frozen=True)
-class BearingLoad:
+class BearingLoad(Group):
     """Of one kind of bearing, the `load`, whose axis is `bearing`; directions count from the
     `reference`.
     """
 
     WORDS: ClassVar[dict[str, str]]
-    ROOT: ClassVar[str]
     force: Any = q("{bearing} direction crank_angle", "N", "{what}")
     peak: Any = lead("{bearing}", "N", "{load} load, peak", read="kN", about="{what}")
     peak_angle: Any = q(
@@ -36,7 +33,9 @@ class BearingLoad:
     )  # fmt: skip
     mean: Any = q("{bearing}", "N", "mean magnitude over the cycle")
     mean_force: Any = q("{bearing} direction", "N", "mean force vector over the cycle")
-    peak_pressure: Any = q("{bearing}", "Pa", "peak load / (diameter x length)")
+    peak_pressure: Any = q(
+        "{bearing}", "Pa", "peak load / (diameter x length)", name="peak pressure, {load}"
+    )
     mean_pressure: Any = q("{bearing}", "Pa", "mean load / (diameter x length)")
 
 
@@ -47,7 +46,6 @@ class MainLoad(BearingLoad):
     WORDS = _words("main bearing", "force of the shaft on the main bearing", "main_bearing")
 
 
-@dataclass(frozen=True)
 class CrankPin(BearingLoad):
     """Of the big ends of the rods."""
 
@@ -70,8 +68,7 @@ class WristPin(BearingLoad):
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class SideThrust:
+class SideThrust(Group):
     """Of the pistons on the walls."""
 
     ROOT: ClassVar[str] = "bearing_loads/side_thrust"
@@ -84,8 +81,7 @@ class SideThrust:
     peak_angle: Any = q("cylinder", "rad", "crank angle of the peak", exempt=PLACE, circle=CYCLE)
 
 
-@dataclass(frozen=True)
-class OverSpeeds:
+class OverSpeeds(Group):
     """Highest loads of bearings at each speed."""
 
     ROOT: ClassVar[str] = "bearing_loads/speeds"

@@ -1,14 +1,12 @@
 """Results of a body that is assembled of parts."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.described import Group, entries_of, q
 from vibecalc.core.results.record import CANCELLING, Headline
 
 
-@dataclass(frozen=True)
-class OfParts:
+class OfParts(Group):
     """What the parts of the body add up to."""
 
     ROOT: ClassVar[str] = "body"

@@ -175,15 +175,15 @@ def assumptions_of(
     """What was held because a torque table does not tell it."""
     total = float(np.asarray(motor.stator_leakage) + np.asarray(motor.magnetising_inductance))
     given = (
-        f"assumed: {no_load_ratio:g} times the leakage that the breakdown torque shows"
+        f"assumed: {no_load_ratio:g} times the leakage inductance from the breakdown torque"
         if inductance_assumed
         else "given"
     )
     return (
-        f"the inductance of the stator (leakage and magnetising) is {total:.4g} H, {given}; the "
-        "steady torque does not depend on it, transients do",
-        f"the stator leakage is {stator_share:g} of the transient inductance, by convention; "
-        "torque and stator current do not depend on it, at no time",
+        f"stator inductance (leakage and magnetising) {total:.4g} H, {given}; it affects the "
+        "transients, not the steady torque",
+        f"stator leakage {stator_share:g} of the transient inductance, by convention; it affects "
+        "neither torque nor stator current",
     )
 
 
@@ -199,14 +199,15 @@ def warnings_of(
     worst = int(np.argmax(np.where(used, np.abs(relative), -1.0)))
     if abs(relative[worst]) > MISFIT:
         said.append(
-            f"no circuit of this kind meets the table: {100 * relative[worst]:+.1f} % at a slip of "
-            f"{slip[worst]:.4g} rad/s is the worst of the fitted rows"
+            f"the fitted motor misses the slip table by up to {100 * relative[worst]:+.1f} % (at a "
+            f"slip of {slip[worst]:.4g} rad/s)"
         )
     if not used.all():
         last = int(np.argmax(np.where(used, -1.0, np.abs(relative))))
         said.append(
-            f"{int((~used).sum())} rows beyond the largest torque are not fitted; the motor misses "
-            f"them by up to {100 * relative[last]:+.1f} % (at {slip[last]:.4g} rad/s)"
+            f"{int((~used).sum())} rows beyond the breakdown torque are not fitted; the motor "
+            f"misses them by up to {100 * relative[last]:+.1f} % (at a slip of {slip[last]:.4g} "
+            "rad/s)"
         )
     if minimum.at_bound or not np.isfinite(minimum.log_error):
         said.append(
@@ -222,12 +223,12 @@ def warnings_of(
     ):
         if not is_known:
             words = product_of_powers(known.names, exponents)
-            size = (
-                "at all"
+            known_to = (
+                "not identifiable from the slip table"
                 if not np.isfinite(spread)
-                else f"better than to a factor of {_factor(spread)} for 1 % of error in its rows"
+                else f"uncertain by a factor of {_factor(spread)} for 1 % error in the slip table"
             )
-            said.append(f"the table does not identify {words} {size}")
+            said.append(f"{known_to}: {words}")
     return tuple(said)
 
 

@@ -45,12 +45,17 @@ def cross(first: Operand, second: Operand) -> Bounded:
     return a[..., after] * b[..., before] - a[..., before] * b[..., after]
 
 
-def size_of_terms(error: ArrayLike) -> float:
-    """Size of the terms of the largest sum, from the errors of sums: three roundings at least.
+def terms_behind(error: ArrayLike) -> Real:
+    """Size of the terms of sums (...) from their errors (...): three roundings at least.
 
     No kernel here grants less of each term, few more than twenty.
     """
-    return float(np.max(error, initial=0.0)) / (3.0 * EPSILON)
+    return np.asarray(error) / (3.0 * EPSILON)
+
+
+def size_of_terms(error: ArrayLike) -> float:
+    """Size of the terms of the largest of sums."""
+    return float(np.max(terms_behind(error), initial=0.0))
 
 
 def with_terms(found: Bounded, rounding: ArrayLike | None = None) -> Summed:

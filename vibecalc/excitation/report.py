@@ -160,7 +160,9 @@ def excitation(result: Result) -> Section | None:
         blocks.insert(0, orders)
     else:
         details["forces and couples by order"] = orders
-    return section("Excitation: crank train on the body", blocks, details)
+    # [balance] has what its weights leave
+    alone = ", without the balance weights" * ("balance/weight/unbalance" in record)
+    return section(f"Excitation: crank train on the body{alone}", blocks, details)
 
 
 def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:

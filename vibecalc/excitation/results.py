@@ -1,9 +1,8 @@
 """Results of the forces and couples of the crank train, its motor, and a pump's cylinders."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, named, q
+from vibecalc.core.results.described import Group, entries_of, lead, named, q
 from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, TURN
 
 # ----------------------------------------------------------------------------
@@ -14,8 +13,7 @@ from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, TURN
 ABOUT = "about the body's reference point"
 
 
-@dataclass(frozen=True)
-class OnBody:
+class OnBody(Group):
     """All forces and couples of the crank train on the body."""
 
     ROOT: ClassVar[str] = "excitation"
@@ -28,8 +26,7 @@ class OnBody:
     residual: Any = lead("", "N", "residual unbalance", PEAK, about=ABOUT)
 
 
-@dataclass(frozen=True)
-class Turning:
+class Turning(Group):
     """Parts of the force of a train with slave rods."""
 
     ROOT: ClassVar[str] = "excitation/turning"
@@ -37,8 +34,7 @@ class Turning:
     against_crank: Any = named("order", "N", "force against it", PEAK)
 
 
-@dataclass(frozen=True)
-class Masses:
+class Masses(Group):
     """Masses that make the forces."""
 
     ROOT: ClassVar[str] = "excitation/mass"
@@ -47,17 +43,16 @@ class Masses:
     rotating: Any = named("cylinder", "kg", "turns with the pin")
 
 
-@dataclass(frozen=True)
-class Counterweights:
+class Counterweights(Group):
     """Of each counterweight at the operating speed."""
 
     ROOT: ClassVar[str] = "excitation/counterweight"
-    force: Any = q("counterweight", "N", "centrifugal force of a counterweight", PEAK)
-    couple: Any = q("counterweight", "N*m", f"its couple {ABOUT}", PEAK)
+    force: Any = named("counterweight", "N", "centrifugal force of a counterweight", PEAK)
+    couple: Any = q("counterweight", "N*m", f"its couple {ABOUT}", PEAK,
+        name="couple of a counterweight")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class OfRod:
+class OfRod(Group):
     """What the two point masses that stand for a rod leave out."""
 
     ROOT: ClassVar[str] = "excitation/rod"
@@ -80,8 +75,7 @@ class OfRod:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class BalanceColumns:
+class BalanceColumns(Group):
     """Of cylinders in one bank, at angles a and places z along the shaft."""
 
     ROOT: ClassVar[str] = "excitation/balance"
@@ -95,8 +89,7 @@ class BalanceColumns:
     total_position_cosine: Any = q("order", "m", "sum of z cos(n a)", exempt=CANCELLING)
 
 
-@dataclass(frozen=True)
-class BankColumns:
+class BankColumns(Group):
     """Of cylinders in several banks."""
 
     ROOT: ClassVar[str] = "excitation/balance/banks"
@@ -123,22 +116,24 @@ class BankColumns:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class OfMotor:
+class OfMotor(Group):
     """Axial force of skewed conductors."""
 
     ROOT: ClassVar[str] = "excitation/motor"
     axial_force: Any = q("order", "N", "axial force of skewed conductors", PEAK)
-    mean_force: Any = q("", "N", "axial force of the mean torque")
+    mean_force: Any = q("", "N", "axial force of the mean torque", name="mean axial force")
     sum_of_amplitudes: Any = q(
-        "", "N", "sum of the amplitudes of all orders, a bound of the peak", PEAK
+        "",
+        "N",
+        "sum of the amplitudes of all orders, a bound of the peak",
+        PEAK,
+        name="sum of the amplitudes of the axial force",
     )
     peak: Any = lead("", "N", "axial force of the motor, peak without mean", PEAK)
-    rms: Any = q("", "N", "axial force, mean apart", RMS)
+    rms: Any = q("", "N", "axial force, mean apart", RMS, name="axial force without mean")
 
 
-@dataclass(frozen=True)
-class OfPump:
+class OfPump(Group):
     """One cylinder over a turn, and the torque of all."""
 
     ROOT: ClassVar[str] = "excitation/pump"

@@ -12,7 +12,7 @@ from vibecalc.excitation.inertia_forces import with_terms
 from vibecalc.foundation.model import flexible_foundation, on_body
 from vibecalc.foundation.results import COUPLED, BelowMounts, CoupledModes, FoundationMotion
 from vibecalc.foundation.systems import Curve, OnTables, on_tables
-from vibecalc.isolation.adapters.efficiency import Ground
+from vibecalc.isolation.adapters.efficiency import Ground, has_share
 from vibecalc.isolation.adapters.steady import Moved, emit_steady, moved_by
 from vibecalc.isolation.at_mounts import displacement
 from vibecalc.isolation.efficiency import by_order, rms
@@ -72,9 +72,8 @@ def run_coupled(scene: Scene) -> None:
     arriving = {"ground": ground, "rigid": still.ground_load(alone, frequency)}
     for what, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
         for name, load in arriving.items():
-            path = f"{COUPLED}/{name}/{what}"
-            reached = _arriving(path, loads.load[:, part], load[:, part], loads)
-            scene.emit_all(reached, axes)
+            both = loads.load[:, part], load[:, part]
+            scene.emit_all(_arriving(scene, name, what, *both, loads), axes)
     for name, one in (("ground", system), ("rigid", still)):
         scene.emit_all({f"{COUPLED}/{name}/transmissibility": partial(_curves, one, grid)}, axes)
 
@@ -136,12 +135,15 @@ def _below(
     yield BelowMounts(foot[..., :used], level, power[:used])
 
 
-def _arriving(path: str, held: Bounded, load: Bounded, loads: BodyLoads) -> dict[str, Any]:
+def _arriving(
+    scene: Scene, name: str, what: str, held: Bounded, load: Bounded, loads: BodyLoads
+) -> dict[str, Any]:
     """A load (m, 3) below the mounts, and how much less it is than that `held` on them, by path."""
-    used = loads.retained
+    used, path = loads.retained, f"{COUPLED}/{name}/{what}"
     acting, total = (rms(one, used, loads.tail).norm() for one in (held, load))
     found: dict[str, Any] = {path: with_terms(load[:used])}
     found[f"{path}_rms"] = with_terms(total.value, total.rounding)
-    if acting.value.value > 4.0 * acting.rounding:
+    words = f"{what} on {'a rigid foundation' if name == 'rigid' else 'the ground'}, r.m.s."
+    if has_share(scene, words, "N" if what == "force" else "N m", acting, total.value):
         found[f"{path}_efficiency"] = 1.0 - total.value / acting.value
     return found | {f"{path}_by_order": by_order(held[:used], load[:used])[:, -1]}

@@ -1,10 +1,9 @@
 """Results of a machine on a foundation that moves: one mass, six freedoms, or tables."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, q
+from vibecalc.core.results.described import Group, entries_of, lead, q
 from vibecalc.core.results.record import PEAK, RMS, Entry, Headline, entry
 
 COUPLED = "foundation/coupled"
@@ -12,8 +11,7 @@ _ORDERS = "order direction"
 _NATURAL = Headline("natural frequency, machine on foundation", "Hz", pick="ends")
 
 
-@dataclass(frozen=True)
-class UpAndDown:
+class UpAndDown(Group):
     """Machine and foundation as two masses."""
 
     ROOT: ClassVar[str] = "foundation"
@@ -29,8 +27,7 @@ class UpAndDown:
     rigid_force_peak: Any = lead("", "N", "force into the ground, rigid foundation, peak", PEAK)
 
 
-@dataclass(frozen=True)
-class CoupledModes:
+class CoupledModes(Group):
     """Modes of machine and foundation together."""
 
     ROOT: ClassVar[str] = f"{COUPLED}/modes"
@@ -41,8 +38,7 @@ class CoupledModes:
     machine_share: Any = q("coupled_mode", "", "share of the machine in the kinetic energy")
 
 
-@dataclass(frozen=True)
-class FoundationMotion:
+class FoundationMotion(Group):
     """Motion of a foundation that is one body."""
 
     ROOT: ClassVar[str] = f"{COUPLED}/body"
@@ -50,8 +46,7 @@ class FoundationMotion:
     rotation: Any = q(_ORDERS, "rad", "rotation of the foundation", PEAK)
 
 
-@dataclass(frozen=True)
-class BelowMounts:
+class BelowMounts(Group):
     """What the mounts stand on, and what passes through them."""
 
     ROOT: ClassVar[str] = COUPLED
@@ -72,7 +67,9 @@ def _below(name: str, where: str, better: str) -> Iterator[Entry]:
         yield entry(path, _ORDERS, unit, words, PEAK)
         yield entry(f"{path}_rms", "", unit, f"{words}, all orders", RMS, headline=head)
         words = f"{words} / {held}"
-        yield entry(f"{path}_efficiency", "", "", f"1 - r.m.s. of the {words}", headline=share)
+        yield entry(
+            f"{path}_efficiency", "", "", f"1 - r.m.s. of the {words}", headline=share, share=True
+        )
         yield entry(f"{path}_by_order", "order", "", f"1 - {words}")
     yield entry(
         f"{COUPLED}/{name}/transmissibility",

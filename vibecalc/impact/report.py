@@ -16,7 +16,7 @@ _LEADERS = ("inertia of the piston", "added by impacts", "motor")
 _JOINTS = (("crank_pin", "crank pin"), ("bore", "cylinder wall"))
 #: a column of the tables, and what it is
 _NOTES = (
-    ("average_amplitude", "spectrum mean: amplitude of the joint force, mean over the orders"),
+    ("average_amplitude", "mean harmonic: amplitude of the joint force, mean over its orders"),
     ("mean_force", "+-: standard error of the mean, from the scatter of the runs"),
     ("dominant_from",
      "dominant from: order from which the force added by impacts is the largest on "
@@ -42,7 +42,7 @@ def impact(result: Result) -> Section | None:
         "other joints": _other_joints(record),
         "first contacts": rows_of(record, _FIRST),
     }
-    return section("Impacts in joints with play", blocks, details, shown)
+    return section("Impacts in joints with clearance", blocks, details, shown)
 
 
 def _play(record: Record) -> Quantity:
@@ -65,18 +65,18 @@ def standard_error(record: Record) -> Quantity | None:
 
 
 def _spread(error: float, _error: float) -> str:
-    return show_error(error)
+    return show(error, digits=2)
 
 
 _FORCES = Rows("clearance", "", (
-    Cells(_play, "wrist pin play mm"),
+    Cells(_play, "wrist pin\nclearance mm"),
     Cells("mean_force", "mean force N"),
     Cells(standard_error, "+-", _spread),
-    Cells("mean_force_low", "quantile 5 %"),
-    Cells("mean_force_high", "quantile 95 %"),
-    Cells("average_amplitude", "spectrum mean"),
+    Cells("mean_force_low", "5 %\nquantile"),
+    Cells("mean_force_high", "95 %\nquantile"),
+    Cells("average_amplitude", "mean\nharmonic N"),
     Cells("peak_force", "mean peak N"),
-    Cells("peak_force_high", "quantile 95 %"),
+    Cells("peak_force_high", "95 %\nquantile"),
 ), _ROOT)  # fmt: skip
 
 
@@ -92,7 +92,7 @@ def _counts(result: Result) -> tuple[Cells, ...]:
         return "none seen" if None in watched else f"> {sum(map(int, map(str, watched)))}"
 
     return (
-        Cells(_play, "wrist pin play mm"),
+        Cells(_play, "wrist pin\nclearance mm"),
         Cells("impacts", "impacts/turn"),
         Cells("contact_share", "in contact %", "%"),
         Cells("dissipated", "loss/turn J"),
@@ -122,7 +122,7 @@ def _leaders(record: Record) -> list[str]:
         [clearance, *(ranges(orders, row == i) for i in range(len(names)))]
         for clearance, row in zip(_clearances(quantity), quantity.values, strict=True)
     ]
-    return table([Column("dominant at orders, play mm"), *map(Column, names)], rows)
+    return table([Column("dominant at orders, clearance mm"), *map(Column, names)], rows)
 
 
 def ranges(orders: np.ndarray, chosen: np.ndarray) -> str:
@@ -145,12 +145,12 @@ def _other_joints(record: Record) -> list[str]:
         )
         if force is None or count is None:
             continue
-        spread = "" if force.standard_error is None else show_error(force.standard_error)
+        spread = "" if force.standard_error is None else show(force.standard_error, digits=2)
         for i, clearance in enumerate(_clearances(force)):
             size, contacts = (show(float(one.values[i]), one.error_estimate)
                               for one in (force, count))  # fmt: skip
             rows.append([words, clearance, size, spread, contacts])
-    heads = ("wrist pin play mm", "mean force N", "+-", "impacts per turn")
+    heads = ("wrist pin\nclearance mm", "mean force N", "+-", "impacts per turn")
     return table([Column("other joint"), *map(number, heads)], rows)
 
 
@@ -164,7 +164,7 @@ def _contacts(record: Record) -> Quantity | None:
 
 
 _FIRST = Rows("clearance", "", (
-    Cells(_play, "first contacts at deg, play mm"),
+    Cells(_play, "first contacts at deg, clearance mm"),
     Cells(_contacts, "{}", "deg", blank=True),
 ), _ROOT)  # fmt: skip
 
@@ -181,7 +181,8 @@ def _method(result: Result) -> list[str]:
         words += f"; {options['members']} runs of {options['revolutions']} turns evaluated, after "
         words += f"{options['discard']} discarded"
     if options.get("pressure"):
-        words += f"; gas pushes the piston {str(options['pressure']).replace('_', ' ')}"
+        towards = str(options["pressure"]).replace("_", " the ")
+        words += f"; gas pushes the piston {towards}"
     return paragraph(f"method: {words}; {_mass_words(result)}")
 
 

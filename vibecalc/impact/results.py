@@ -25,7 +25,8 @@ _STATISTICS: tuple[tuple[str, str, str, str, dict[str, Any]], ...] = (
     ("spectrum_low", "clearance order", "N", "5 % quantile of the amplitude", _PEAK),
     ("spectrum_high", "clearance order", "N", "95 % quantile of the amplitude", _PEAK),
     ("average_amplitude", "clearance", "N",
-     "mean of the spectrum over its orders, from 1 to the last", _PEAK),
+     "mean of the spectrum over its orders, from 1 to the last",
+     {**_PEAK, "name": "mean harmonic amplitude of the joint force"}),
     ("added_force", "clearance order", "N",
      "amplitude of the force on the body added by play, mean over revolutions", _PEAK),
     ("peak_force", "clearance", "N",
@@ -63,7 +64,8 @@ _STATISTICS: tuple[tuple[str, str, str, str, dict[str, Any]], ...] = (
     ("dominant", "clearance order", "",
      "largest amplitude: 0 the piston's inertia force, 1 force added by play, 2 the motor", {}),
     ("dominant_from", "clearance", "",
-     "lowest order from which the force added by play is largest, 0 without one", {}),
+     "lowest order from which the force added by play is largest, 0 without one",
+     {"name": "order from which the force added by impacts is largest"}),
 )  # fmt: skip
 #: a chaotic motion: what counts of its statistics is their standard error
 ENTRIES = tuple(

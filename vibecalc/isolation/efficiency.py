@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.excitation.inertia_forces import terms_behind
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered, vector_cycle_peak
@@ -17,6 +18,8 @@ from vibecalc.numerics.rounding import BoolArray, FloatArray
 
 #: share of the largest below which an amplitude is what rounding left of zero
 _NOTHING = 1.0e-12
+#: share of the terms that it is summed from up to which a load nearly cancels
+_NEARLY = 1.0e-2
 
 
 class OverCycle(NamedTuple):
@@ -36,11 +39,21 @@ def is_more(size: Bounded, rounding: FloatArray, largest: Bounded) -> BoolArray:
     return np.asarray(size.value > np.maximum(_NOTHING * largest.value, 4.0 * rounding))
 
 
+def is_swamped(held: Bounded, rounding: FloatArray, ground: Bounded) -> BoolArray:
+    """Whether loads `held` nearly cancel and more arrives than acts.
+
+    What arrives comes from other loads then, such as couples, and a ratio of both tells nothing.
+    The `rounding` in a sum says how large its terms are.
+    """
+    cancels = held.value < _NEARLY * terms_behind(rounding)
+    return np.asarray(cancels & (ground.value > held.value))
+
+
 def efficiency(held: Bounded, ground: Bounded, acts: BoolArray, arrives: BoolArray) -> Bounded:
     """1 - |ground| / |held| (...), of magnitudes.
 
-    Where nothing acts and nothing arrives it is 1, where nothing acts and something arrives it is
-    minus infinity.
+    Where nothing acts and nothing arrives it is 1, where nothing acts (or what acts nearly cancels)
+    and something arrives it is minus infinity.
     """
     ratio = bounded.where(arrives, ground, 0.0) / bounded.where(acts, held, 1.0)
     ratio = bounded.where(acts, ratio, 0.0)
@@ -57,6 +70,7 @@ def by_order(held: Bounded, ground: Bounded) -> Bounded:
 
     both = sizes(held), sizes(ground)
     acts, arrives = (is_more(one, one.error, one.max(0)[..., -1:]) for one in both)
+    acts &= ~is_swamped(both[0], both[0].error, both[1])
     return efficiency(*both, acts, arrives)
 
 

@@ -1,9 +1,8 @@
 """Results of isolation efficiency: what acts on the body, what reaches the ground, their ratio."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import lead, q
+from vibecalc.core.results.described import Group, lead, q
 from vibecalc.core.results.record import PEAK, RMS, SPECTRUM
 
 _ORDERS = "order coordinate"
@@ -11,11 +10,9 @@ _HELD = "{what}{about} on the ground, rigidly mounted"
 _GROUND = "{what}{about} on the ground, on mounts"
 
 
-@dataclass(frozen=True)
-class OfVector:
+class OfVector(Group):
     """Of the length of a vector."""
 
-    ROOT: ClassVar[str]
     held: Any = q(_ORDERS, "{unit}", _HELD, PEAK)
     held_rms: Any = q("", "{unit}", f"{_HELD}, over the cycle", RMS)
     held_peak: Any = q("", "{unit}", f"{_HELD}, largest over the cycle", PEAK)
@@ -23,7 +20,7 @@ class OfVector:
     ground_rms: Any = q("", "{unit}", f"{_GROUND}, over the cycle", RMS)
     ground_peak: Any = q("", "{unit}", f"{_GROUND}, largest over the cycle", PEAK)
     by_order: Any = q("order component", "", "1 - {what} on the ground / rigidly mounted")
-    rms: Any = lead("", "", "isolation efficiency, {what}, r.m.s.")
+    rms: Any = lead("", "", "isolation efficiency, {what}, r.m.s.", share=True)
     rms_level: Any = q("", "dB", "rigidly mounted / on mounts, r.m.s.", exempt=SPECTRUM)
     peak: Any = q("", "", "isolation efficiency, {what}, peak of all orders")
     peak_level: Any = q("", "dB", "rigidly mounted / on mounts, peak", exempt=SPECTRUM)
@@ -43,8 +40,7 @@ class OfCouples(OfVector):
     WORDS: ClassVar = {"what": "couple", "unit": "N*m", "about": " about the mass centre"}
 
 
-@dataclass(frozen=True)
-class ByDirection:
+class ByDirection(Group):
     """Of each direction alone."""
 
     ROOT: ClassVar[str] = "isolation/efficiency"

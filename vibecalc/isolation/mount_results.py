@@ -1,17 +1,15 @@
 """Results of mounts that depend on what they carry, on the frequency, or that have stops."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import lead, paths_of, q
+from vibecalc.core.results.described import Group, lead, paths_of, q
 from vibecalc.core.results.record import DIFFERENCE, PEAK
 
 #: of what is left of a difference, the least stands in the first table
 LEAST = {"pick": "least", "exempt": DIFFERENCE}
 
 
-@dataclass(frozen=True)
-class OfMounts:
+class OfMounts(Group):
     """Along the axis of each: at rest, over the frequency, and how near it comes to its stops.
 
     A clearance is negative where the mount stands on a stop or meets it, and infinite without one;

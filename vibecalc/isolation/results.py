@@ -1,9 +1,8 @@
 """Results of the body on its mounts, under all that acts on it."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, named, paths_of, q
+from vibecalc.core.results.described import Group, entries_of, lead, named, paths_of, q
 from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
 from vibecalc.isolation.mount_results import LEAST, OfMounts
@@ -14,8 +13,7 @@ from vibecalc.response.results import LeftOut, Modes, Motion
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Pitch:
+class Pitch(Group):
     """Of a body that only turns about the axis across its crankshaft."""
 
     ROOT: ClassVar[str] = "isolation/pitch"
@@ -56,8 +54,7 @@ class BodyMotion(Motion):
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class LeverForce:
+class LeverForce(Group):
     """Couple of the pitch model over a lever."""
 
     ROOT: ClassVar[str] = "isolation/couple_over_lever"
@@ -70,8 +67,7 @@ class LeverForce:
     run_up_peak_speed: Any = q("", "rad/s", "crank speed at the maximum")
 
 
-@dataclass(frozen=True)
-class SupportForce:
+class SupportForce(Group):
     """Force of each support on what it stands on, dynamic; a load is with weight and mean torque.
 
     A negative load pulls the support.
@@ -91,8 +87,7 @@ class SupportForce:
     run_up_peak_speed: Any = q("mount", "rad/s", "crank speed at the maximum")
 
 
-@dataclass(frozen=True)
-class SupportDisplacement:
+class SupportDisplacement(Group):
     """Displacement of the body at each support; the total deflection is with that by
     weight and mean torque."""
 
@@ -114,8 +109,7 @@ class Masked(LeftOut):
     ROOT = "isolation/resonances_skipped"
 
 
-@dataclass(frozen=True)
-class RunUpMaxima:
+class RunUpMaxima(Group):
     """Local maxima of the forces of supports, by support and speed."""
 
     ROOT: ClassVar[str] = "isolation/run_up/maxima"
@@ -135,8 +129,7 @@ class RunUpMaxima:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class TorqueReaction:
+class TorqueReaction(Group):
     """The torque of the cylinders on the body, without mean where what is driven is on the body."""
 
     ROOT: ClassVar[str] = "isolation/torque_reaction"

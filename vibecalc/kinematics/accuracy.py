@@ -59,9 +59,9 @@ def kinematics_topics(scene: Scene) -> list[Topic]:
         terms = (1, 2, 4, 10, 20, 40, highest // 2 + 40)
         solvers.append(Solver("truncated series", truncated, "terms", terms, cut, "geometric"))
     ask = Ask("harmonics of the acceleration",
-              f"{len(orders)} of the piston's acceleration to order {highest}, each over its size",
+              f"{len(orders)} of the piston acceleration to order {highest}, relative",
               "kinematics/acceleration_harmonics", 3.0,
-              "one kernel serves every R/L below 1, where a cut series does not end, and "
+              "one kernel serves every R/L below 1, where a truncated series does not end, and "
               "offsets")  # fmt: skip
     counts = sorted({*(8.0 * 2**k for k in range(6)), 16.0 * highest})
     return [harmonics(

@@ -1,20 +1,22 @@
 """Results of the piston motion."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.described import Group, entries_of, q
 from vibecalc.core.results.record import ORDERS, PEAK, PLACE, TURN
 
 
-@dataclass(frozen=True)
-class OfPiston:
+class OfPiston(Group):
     """Motion of a piston whose rod stands on the crank pin."""
 
     ROOT: ClassVar[str] = "kinematics"
     position_harmonics: Any = q("order", "m", "harmonics of piston position", PEAK)
     acceleration_harmonics: Any = q(
-        "order", "m/s^2", "harmonics of piston acceleration at operating speed", PEAK
+        "order",
+        "m/s^2",
+        "harmonics of piston acceleration at operating speed",
+        PEAK,
+        name="harmonic of the piston acceleration",
     )
     dropped_acceleration: Any = q(
         "", "m/s^2", "acceleration neglected by the chosen series or order", PEAK
@@ -24,8 +26,7 @@ class OfPiston:
     acceleration: Any = q("crank_angle", "m/s^2", "piston acceleration")
 
 
-@dataclass(frozen=True)
-class OfCylinders:
+class OfCylinders(Group):
     """Motion of each piston of a train with slave rods."""
 
     ROOT: ClassVar[str] = "kinematics/cylinder"

@@ -10,6 +10,7 @@ from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.verdicts import entries
+from vibecalc.measurement.report import level_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,12 +101,6 @@ def _harmonic(axes: "Axes", result: Result, whole: Quantity, column: int) -> "Ax
     axes.set_xlim(-0.6, len(names) - 0.4)
     axes.set_ylabel(level_words(result, "", "m/s$^2$"))
     return axes
-
-
-def level_words(result: Result, kind: str, unit: str) -> str:
-    """`dB re 1e-5 m/s^2`, with the reference of the case."""
-    given: Any = table_of(result.case, "measurement").get(f"{kind}reference_level")
-    return f"dB re {float(given or 1.0):g} {unit}".replace("e-0", "e-")
 
 
 def _read(record: Record, order: int, names: list[str]) -> dict[str, float]:

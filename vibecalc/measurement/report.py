@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.report.rows import Cells, Found, How, Made, Rows, first, part_of, rows_of
-from vibecalc.core.report.sections import Section, having, labels, section
+from vibecalc.core.report.sections import Section, having, labels, section, table_of
 from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 
@@ -27,6 +27,13 @@ def _of(name: str, head: str, factor: float = 1.0, form: str = "{:.2f}") -> Cell
 
 
 _DEGREES = math.degrees(1.0)
+
+
+def level_words(result: Result, kind: str, unit: str) -> str:
+    """`dB re 1e-5 m/s^2`, with the reference of the case."""
+    given: Any = table_of(result.case, "measurement").get(f"{kind}reference_level")
+    return f"dB re {float(given or 1.0):g} {unit}".replace("e-0", "e-")
+
 
 # ----------------------------------------------------------------------------
 # Readings next to the motion found from them, and the motions that levels leave open.
@@ -112,6 +119,8 @@ def candidates(record: Record) -> list[str]:
 
 _PARTS = ("translation", "roll", "pitch")
 _MOST_LEVELS, _MOST_CHANNELS = 72, 24
+#: least uncertainty that is written out, in dB or degrees
+_LEAST = 0.01
 
 
 def measurement(result: Result) -> Section | None:
@@ -126,9 +135,12 @@ def measurement(result: Result) -> Section | None:
         "motions compatible with the levels": candidates(record),
     }
     known = having(record, _STEM + "roll_level", "order") is not None
-    motion = rows_of(record, _MOTION)[0] if known else []
-    blocks = [motion, _quiet(record)]
-    return section("Motion of the plate from readings", blocks, details, shown)
+    linear, angular = (level_words(result, kind, unit)
+                       for kind, unit in (("", "m/s^2"), ("angular_", "rad/s^2")))  # fmt: skip
+    told = _MOTION._replace(note=_MOTION.note.format(linear=linear, angular=angular))
+    motion = rows_of(record, told)[0] if known else []
+    blocks = [motion, _quiet(record, linear)]
+    return section("Motion of the plate", blocks, details, shown)
 
 
 def _level(value: float, _: object = None) -> str:
@@ -137,6 +149,13 @@ def _level(value: float, _: object = None) -> str:
 
 def _degrees(value: float) -> str:
     return f"{math.degrees(value):.1f}"
+
+
+def _unsure(size: float) -> str:
+    """An uncertainty, of which two decimals say enough."""
+    if not math.isfinite(size):
+        return " -"
+    return f"{size:.2f}" if size >= _LEAST else f"<{_LEAST}"
 
 
 def _told(path: str, off: str, write: Callable[[float], str], factor: float = 1.0) -> Made:
@@ -149,15 +168,15 @@ def _told(path: str, off: str, write: Callable[[float], str], factor: float = 1.
         words = [write(value) for value in found.values.tolist()]
         sizes = having(record, f"{_STEM}uncertainty/{off}", "order")
         for i, size in enumerate(() if sizes is None else factor * sizes.values):
-            words[i] += f" +-{size:.2f}" if math.isfinite(size) else " +- -"
+            words[i] += f" +-{_unsure(size)}"
         return part_of(found, np.array(words), *found.axes)
 
     return made
 
 
 _LEVEL_HEADS, _PHASE_HEADS = (
-    ("origin dB", "roll dB", "pitch dB"),
-    ("phase: origin", "roll", "pitch deg"),
+    ("translation dB", "roll dB", "pitch dB"),
+    ("phase: translation", "roll", "pitch deg"),
 )
 _MOTION = Rows(
     "order",
@@ -171,9 +190,9 @@ _MOTION = Rows(
     ),
     _STEM.rstrip("/"),
     right=True,
-    note="dB re reference_level; roll and pitch: dB re angular_reference_level; "
-    "phases relative to the reference position; +-: standard uncertainty (resolution, stated "
-    "uncertainty and, with phases, scatter); -: undetermined",
+    note="translation: of the origin, {linear}; roll and pitch: {angular}; phases relative to the "
+    "reference position; +-: standard uncertainty (resolution, stated uncertainty and, with "
+    "phases, scatter); -: undetermined",
 )  # fmt: skip
 
 
@@ -230,14 +249,14 @@ def records(result: Result) -> Section | None:
     return section("Orders of the records", [lines + paragraph(words)])
 
 
-def _quiet(record: Record) -> list[str]:
+def _quiet(record: Record, reference: str) -> list[str]:
     lines: list[str] = []
     total = having(record, _STEM + "level/all_orders", "position")
     if total is not None:
         names, values = labels(total.axes[0]), total.values
         order = np.argsort(values, kind="stable")[:12]
-        listed = ", ".join(f"{names[i]} {_level(values[i])}" for i in order)
-        lines += paragraph(f"positions, quietest first, all harmonics, dB: {listed}")
+        listed = "; ".join(f"{names[i]}: {_level(values[i])}" for i in order)
+        lines += paragraph(f"level at the positions, all harmonics, {reference}: {listed}")
     x, y, least = (having(record, f"{_STEM}quiet/{name}", "order")
                    for name in ("x", "y", "amplitude"))  # fmt: skip
     if x is None or y is None or least is None:
@@ -250,5 +269,5 @@ def _quiet(record: Record) -> list[str]:
     if all(path in record for path in paths):
         of_all = (show(record[path].values[()], record[path].error_estimate) for path in paths)
         rows.append(["all", *of_all])
-    heads = map(number, ("order", "x m", "y m", "m/s^2"))
+    heads = map(number, ("order", "x m", "y m", "acceleration m/s^2"))
     return [*lines, "", *paragraph("point of least motion on the plate:"), *table([*heads], rows)]

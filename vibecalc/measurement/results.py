@@ -1,9 +1,8 @@
 """Results of readings on a rigid plate: its motion, levels anywhere, and how sure they are."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.described import Group, entries_of, named, q
 from vibecalc.core.results.record import (
     CHECK,
     DIFFERENCE,
@@ -18,7 +17,7 @@ _RE = "dB re reference_level of the case"
 _RE_ANGULAR = "dB re angular_reference_level of the case"
 _UNSURE = {"exempt": UNCERTAINTY}
 _OF = "standard uncertainty of"
-_PHASE = "against the reference position"
+_PHASE = "relative to the reference position"
 _OF_RECORD = {"exempt": EXAMINED}
 _CIRCLE = {"circle": TURN}
 
@@ -38,11 +37,11 @@ AXES = {
 
 
 def _each(name: str) -> dict[str, Any]:
-    return {"headline": Headline(f"{name} level", "dB", pick="each")}
+    words = f"{name} level"
+    return {"headline": Headline(words, "dB", pick="each"), "name": words}
 
 
-@dataclass(frozen=True)
-class Whole:
+class Whole(Group):
     """The motion of the plate."""
 
     ROOT: ClassVar[str] = "measurement"
@@ -56,26 +55,27 @@ class Whole:
     acceleration: Any = q("position order", "m/s^2", "acceleration along z", PEAK)
 
 
-@dataclass(frozen=True)
-class Phase:
+class Phase(Group):
     """Of the motion."""
 
     ROOT: ClassVar[str] = "measurement/phase"
-    translation: Any = q("order", "rad", f"phase of the origin {_PHASE}", **_CIRCLE)
-    roll: Any = q("order", "rad", f"phase of the roll {_PHASE}", **_CIRCLE)
-    pitch: Any = q("order", "rad", f"phase of the pitch {_PHASE}", **_CIRCLE)
-    roll_to_translation: Any = q("order", "rad", "phase of the roll against the origin", **_CIRCLE)
-    pitch_to_translation: Any = q(
+    translation: Any = named("order", "rad", f"phase of the origin {_PHASE}", **_CIRCLE)
+    roll: Any = named("order", "rad", f"phase of the roll {_PHASE}", **_CIRCLE)
+    pitch: Any = named("order", "rad", f"phase of the pitch {_PHASE}", **_CIRCLE)
+    roll_to_translation: Any = named(
+        "order", "rad", "phase of the roll against the origin", **_CIRCLE
+    )
+    pitch_to_translation: Any = named(
         "order", "rad", "phase of the pitch against the origin", **_CIRCLE
     )
 
 
-@dataclass(frozen=True)
-class Levels:
+class Levels(Group):
     """At named positions, of the motion and its parts."""
 
     ROOT: ClassVar[str] = "measurement/level"
-    standard: Any = q("position order", "dB", f"level of the total motion, {_RE}")
+    standard: Any = q("position order", "dB", f"level of the total motion, {_RE}",
+        name="level of the total motion")  # fmt: skip
     no_roll: Any = q("position order", "dB", f"level without the roll, {_RE}")
     no_pitch: Any = q("position order", "dB", f"level without the pitch, {_RE}")
     only_roll: Any = q("position order", "dB", f"level of the roll alone, {_RE}")
@@ -84,8 +84,7 @@ class Levels:
     all_orders: Any = q("position", "dB", f"level of all harmonics, {_RE}")
 
 
-@dataclass(frozen=True)
-class Uncertainty:
+class Uncertainty(Group):
     """Of levels and phases."""
 
     ROOT: ClassVar[str] = "measurement/uncertainty"
@@ -102,8 +101,7 @@ class Uncertainty:
         **_UNSURE)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Fit:
+class Fit(Group):
     """How well readings determine the motion."""
 
     ROOT: ClassVar[str] = "measurement/fit"
@@ -115,19 +113,19 @@ class Fit:
         "root mean square / stated standard uncertainty", exempt=CHECK)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Readings:
+class Readings(Group):
     """What instruments read next to the motion."""
 
     ROOT: ClassVar[str] = "measurement/reading"
     order: Any = q("reading", "", "harmonic of the reading")
-    read: Any = q("reading", "dB", "level read, dB re the reference of its kind")
-    computed: Any = q("reading", "dB", "level of the motion, re the same")
+    read: Any = q("reading", "dB", "level read, dB re the reference of its kind",
+        name="level read")  # fmt: skip
+    computed: Any = q("reading", "dB", "level of the motion, re the same",
+        name="level of the motion at a reading")  # fmt: skip
     residual: Any = q("reading", "dB", "level computed - level read", exempt=CHECK)
 
 
-@dataclass(frozen=True)
-class Signals:
+class Signals(Group):
     """Readings with phases next to the motion."""
 
     ROOT: ClassVar[str] = "measurement/signal"
@@ -138,8 +136,7 @@ class Signals:
         exempt=CHECK)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Candidates:
+class Candidates(Group):
     """All motions that levels leave."""
 
     ROOT: ClassVar[str] = "measurement/candidate"
@@ -155,15 +152,15 @@ class Candidates:
     translation_phase: Any = q("candidate", "rad", f"phase of the origin {_PHASE}", **_CIRCLE)
     roll_phase: Any = q("candidate", "rad", f"phase of the roll {_PHASE}", **_CIRCLE)
     pitch_phase: Any = q("candidate", "rad", f"phase of the pitch {_PHASE}", **_CIRCLE)
-    level: Any = q("candidate position", "dB", f"level at a position, {_RE}")
+    level: Any = q("candidate position", "dB", f"level at a position, {_RE}",
+        name="level of a compatible motion")  # fmt: skip
     level_bound: Any = q(
         "candidate position", "dB",
         "its maximum error for this motion, readings within their rounding",
         **_UNSURE)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Further:
+class Further(Group):
     """Readings not yet made."""
 
     ROOT: ClassVar[str] = "measurement/further"
@@ -174,8 +171,7 @@ class Further:
     difference: Any = q("further", "dB", "level difference there, selected motion - next one")
 
 
-@dataclass(frozen=True)
-class Records:
+class Records(Group):
     """Orders of records over time."""
 
     ROOT: ClassVar[str] = "measurement/record"
@@ -208,8 +204,7 @@ class Records:
         **_OF_RECORD)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Map:
+class Map(Group):
     """Over the plate."""
 
     ROOT: ClassVar[str] = "measurement/map"
@@ -219,8 +214,7 @@ class Map:
         PEAK)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Quiet:
+class Quiet(Group):
     """Places of the plate that move least."""
 
     ROOT: ClassVar[str] = "measurement/quiet"

@@ -6,7 +6,7 @@ each operation. It does not show a method that stops too early; a coarser run do
 speed counts, as in sweeps, carry a bound of their own (`bounded.py`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
@@ -38,22 +38,36 @@ def with_errors(
     ------
     What the kernel raises; also of data that moved.
     """
+    own, *moved = copies(*data)
+    found = [kernel(*one) for one in (own, *moved)]
+    return spread(found, None if coarser is None else coarser(*own))
+
+
+def copies(*data: Any) -> list[tuple[Any, ...]]:
+    """The data without their errors, and copies in which they are moved, as in `with_errors`."""
     from numpy.random import default_rng
 
     source = default_rng(_SEED)
-    found = kernel(*_changed(data, lambda value, _: value))
-    others = [
-        kernel(*_changed(data, lambda value, size: _moved(value, size, source)))
-        for _ in range(_COPIES)
+    return [
+        _changed(data, lambda value, _: value),
+        *(_changed(data, lambda value, size: _moved(value, size, source)) for _ in range(_COPIES)),
     ]
-    spread = [_numbers(other) for other in others]
-    missed = [] if coarser is None else _numbers(coarser(*_changed(data, lambda value, _: value)))
+
+
+def spread(results: Sequence[Any], coarser: Any = None) -> Any:
+    """The first result, each float or complex array of it as `Bounded`: by how far others are off.
+
+    They are what one kernel gives of `copies` of its data, and what it gives by a coarser setting.
+    """
+    found, *others = results
+    moved = [_numbers(other) for other in others]
+    missed = [] if coarser is None else _numbers(coarser)
     place = iter(range(len(_numbers(found))))
 
     def bounded(value: Any, _: Any) -> Bounded:
         number = next(place)
         error = np.where(np.isfinite(value), UNIT_ROUNDOFF * np.abs(value), 0.0)
-        error += np.max([_apart(other[number], value) for other in spread], axis=0)
+        error += np.max([_apart(other[number], value) for other in moved], axis=0)
         if missed:
             error = error + _apart(missed[number], value)
         return Bounded(np.asarray(value), np.asarray(error))

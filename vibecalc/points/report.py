@@ -30,10 +30,12 @@ _SEVERITY, _ZONE = f"{ROOT}/severity", f"{ROOT}/zone"
 # ----------------------------------------------------------------------------
 
 
-def zone_words(record: Record, place: int) -> str:
-    """`zone C` of a reading, or nothing where the case has no zones."""
+def zone_words(record: Record, place: int, _path: str) -> str | None:
+    """`sensor base, zone C` of a reading, or nothing where the case has no zones."""
     zones = _zones(record)
-    return f"zone {zones.values[place]}" if zones is not None else ""
+    if zones is None:
+        return None
+    return f"sensor {labels(zones.axes[0])[place]}, zone {zones.values[place]}"
 
 
 def _zones(record: Record) -> Quantity | None:
@@ -179,7 +181,7 @@ def points(result: Result) -> Section | None:
     words += (_left_out(result, velocity) if velocity else []) + _severity_words(result)
     return section(
         "Vibration at points",
-        ([*words, "", *table_lines] if table_lines else words, up_lines),
+        (table_lines, words, up_lines),
         {"readings by order": _by_order(result, velocity) if velocity else []},
         {*shown, *(path for path in record if path.startswith((RUN_UP, BOUNDARY))), _SEVERITY},
     )

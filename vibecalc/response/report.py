@@ -195,18 +195,24 @@ def operations(result: Result) -> Section | None:
     return section(title, [_reading(record), *tables[:2]], details, shown)
 
 
+#: measures of a balance: below the kinetic energy, which is best, and words
+_JUDGED = (
+    ("weighted", "lowest", "weighted mean kinetic energy"),
+    ("difference", "smallest", "range of the mean kinetic energy over the operations"),
+)
+
+
 def _reading(record: Record) -> list[str]:
     """The one line to read first: which balance is best, by which measure."""
     found = []
-    for name, words in (("weighted", "lowest weighted"), ("difference", "smallest difference of")):
+    for name, best_of, words in _JUDGED:
         quantity = having(record, f"{_OPERATIONS}kinetic_energy/{name}", "balance")
-        if quantity is not None:
+        if quantity is not None and len(quantity.values) > 1:
             best = int(np.argmin(quantity.values))
             value = show(quantity.values[best], quantity.error_estimate)
-            balance = labels(quantity.axes[0])[best]
-            found.append(f"{words} kinetic energy: {value} {quantity.unit} with balance {balance}")
-    reach = "in brackets: range over the angle of the balance weights to the pistons"
-    return paragraph("; ".join([*found, reach])) if found else []
+            names = labels(quantity.axes[0])
+            found.append(f"{best_of} {words}: {value} {quantity.unit} with balance {names[best]}")
+    return paragraph("; ".join(found)) if found else []
 
 
 def _with_range(path: str) -> Made:
@@ -233,8 +239,9 @@ def _with_range(path: str) -> Made:
 def _of_kind(kind: str) -> tuple[Rows, ...]:
     """Means, how far they are apart, peaks; and what balancing alone leaves."""
     root = f"{_OPERATIONS}{kind}_energy"
+    note = "in brackets: range over the angle of the balance weights to the pistons"
     mean, peak = (Rows("operation", f"{kind} energy, {words}, J",
-                       (Cells(_with_range(f"{root}/{what}"), "balance {}"),))
+                       (Cells(_with_range(f"{root}/{what}"), "balance {}"),), note=note)
                   for what, words in _WORDS.items())  # fmt: skip
     sums = ("difference", "weighted")
     apart = Rows("balance", f"{kind} energy, means", sums, root, across=True)
@@ -269,7 +276,7 @@ def _way(group: type[Change], words: str) -> Rows:
     return Rows("change", words, (*paths_of(group), times), across=True)
 
 
-_WAYS = (_way(Reversal, "via standstill"), _way(Instant, "at once"))
+_WAYS = (_way(Reversal, "change via standstill"), _way(Instant, "instantaneous change"))
 
 
 def _low(found: Found) -> np.ndarray:
@@ -297,9 +304,10 @@ def switching(result: Result) -> Section | None:
     details = {"resonances passed": rows_of(record, _PASSAGES)}
     return section(
         "Switching between operations",
-        [rows_of(record, _STATES), *tables, paragraph(words)] if any(map(any, tables)) else [],
+        [tables[0], rows_of(record, _STATES), tables[1], paragraph(words)]
+        if any(map(any, tables)) else [],
         details, shown,
     )  # fmt: skip
 
 
-_STATES = Rows("operation", "steady states", paths_of(BesidesChanges), across=True)
+_STATES = Rows("operation", "steady state", paths_of(BesidesChanges), across=True)

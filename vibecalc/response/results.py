@@ -1,9 +1,8 @@
 """Results of the body on its suspension, and of the change between two operations."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, named, q
+from vibecalc.core.results.described import Group, entries_of, lead, named, q
 from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, PLACE, RESONANCE, TURN
 
 # ----------------------------------------------------------------------------
@@ -16,11 +15,9 @@ _SUPPORTS = "isolation/support_force/steady_peak"
 _POINT = "of the reference point"
 
 
-@dataclass(frozen=True)
-class Modes:
+class Modes(Group):
     """Of a body on its suspension; its natural frequencies stand `elsewhere` in the first table."""
 
-    ROOT: ClassVar[str]
     natural_frequency: Any = lead(
         "mode", "rad/s", "natural frequency", pick="ends", unless="{elsewhere}"
     )
@@ -31,7 +28,6 @@ class Modes:
     )
 
 
-@dataclass(frozen=True)
 class ModesOfBody(Modes):
     """How alike they are, with rotations times their radius of inertia, and how near orders are."""
 
@@ -42,16 +38,13 @@ class ModesOfBody(Modes):
     distance: Any = q("mode", "", "frequency of that order / natural frequency - 1")
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(Group):
     """Of a body at the operating speed."""
 
-    ROOT: ClassVar[str]
     translation_harmonics: Any = q(_ORDERS, "m", f"displacement {_POINT}", PEAK)
     rotation_harmonics: Any = q(_ORDERS, "rad", "rotation", PEAK)
 
 
-@dataclass(frozen=True)
 class MotionOfBody(Motion):
     """Its largest values, too, and what its suspension sends into the ground."""
 
@@ -71,18 +64,17 @@ class MotionOfBody(Motion):
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Energy:
+class Energy(Group):
     """Of one kind, at the operating speed."""
 
-    ROOT: ClassVar[str]
-    mean_by_order: Any = q("order", "J", "mean {kind} energy of one order over its cycle")
-    peak_by_order: Any = q("order", "J", "largest {kind} energy of one order alone")
+    mean_by_order: Any = q("order", "J", "mean {kind} energy of one order over its cycle",
+        name="{kind} energy by order, mean")  # fmt: skip
+    peak_by_order: Any = q("order", "J", "largest {kind} energy of one order alone",
+        name="{kind} energy by order, peak")  # fmt: skip
     mean: Any = q("", "J", "mean {kind} energy over a turn")
     peak: Any = q("", "J", "largest {kind} energy over a turn")
 
 
-@dataclass(frozen=True)
 class KineticEnergy(Energy):
     """The one that stands in the first table."""
 
@@ -103,11 +95,9 @@ _WAYS = "operation balance"
 _ALONE = "of throws and balance weights, without pistons, counterweights and shafts"
 
 
-@dataclass(frozen=True)
-class OperationsEnergy:
+class OperationsEnergy(Group):
     """Of one kind, of all operations with all balances; the angle of weights is to the pistons."""
 
-    ROOT: ClassVar[str]
     mean: Any = q(_WAYS, "J", "mean {kind} energy over a turn")
     peak: Any = q(_WAYS, "J", "largest {kind} energy over a turn")
     mean_low: Any = q(_WAYS, "J", "mean {kind} energy at the best angle of the weights")
@@ -116,8 +106,8 @@ class OperationsEnergy:
     peak_high: Any = q(_WAYS, "J", "largest {kind} energy at the worst angle of the weights")
     rotating_mean: Any = q(_WAYS, "J", f"mean {{kind}} energy {_ALONE}")
     rotating_peak: Any = q(_WAYS, "J", f"largest {{kind}} energy {_ALONE}")
-    difference: Any = q("balance", "J", "range of the mean {kind} energy over the operations")
-    weighted: Any = q("balance", "J", "mean {kind} energy, weighted over the operations")
+    difference: Any = named("balance", "J", "range of the mean {kind} energy over the operations")
+    weighted: Any = named("balance", "J", "mean {kind} energy, weighted over the operations")
 
 
 class OperationsKinetic(OperationsEnergy):
@@ -134,8 +124,7 @@ class OperationsPotential(OperationsEnergy):
     WORDS: ClassVar = {"kind": "potential"}
 
 
-@dataclass(frozen=True)
-class OverSpeed:
+class OverSpeed(Group):
     """Over the range of speeds."""
 
     ROOT: ClassVar[str] = "response/run_up"
@@ -143,8 +132,7 @@ class OverSpeed:
     potential_energy: Any = q("speed", "J", "mean potential energy over a turn at each speed")
 
 
-@dataclass(frozen=True)
-class LeftOut:
+class LeftOut(Group):
     """Intervals of speed about undamped resonances."""
 
     ROOT: ClassVar[str] = "response/resonances_skipped"
@@ -164,11 +152,9 @@ _CHANGE = "change direction"
 _TIME = "{time}"
 
 
-@dataclass(frozen=True)
-class Change:
+class Change(Group):
     """Of one way of changing; histories hold the largest or smallest sample of each interval."""
 
-    ROOT: ClassVar[str]
     translation_peak: Any = lead(_CHANGE, "m", "displacement, {how}, peak", PEAK, about=_POINT)
     rotation_peak: Any = q(_CHANGE, "rad", "rotation in the change, peak", PEAK)
     ground_force_peak: Any = q(_CHANGE, "N", "force on the ground in the change, peak", PEAK)
@@ -183,17 +169,15 @@ class Change:
     translation_low: Any = q(f"{_CHANGE} {_TIME}", "m", f"smallest displacement {_POINT}")
 
 
-@dataclass(frozen=True)
 class Instant(Change):
     """At once; the worst angle is that of the crank with the largest kinetic energy of all."""
 
     ROOT: ClassVar[str] = "response/switching/instant"
-    WORDS: ClassVar = {"how": "change at once", "time": "instant_time"}
+    WORDS: ClassVar = {"how": "instantaneous change", "time": "instant_time"}
     worst_angle: Any = named("change", "rad", "worst crank angle", exempt=PLACE, circle=TURN)
     worst_kinetic_energy_peak: Any = named("change", "J", "kinetic energy peak at that angle")
 
 
-@dataclass(frozen=True)
 class Reversal(Change):
     """Through rest."""
 
@@ -204,8 +188,7 @@ class Reversal(Change):
     slow_kinetic_energy: Any = named("change", "J", "kinetic energy peak, quasi-static passage")
 
 
-@dataclass(frozen=True)
-class Passages:
+class Passages(Group):
     """Where orders meet modes on the way through rest.
 
     Haste is the order times the acceleration over the square of damping ratio times frequency.
@@ -220,12 +203,12 @@ class Passages:
     haste: Any = q("passage", "", "haste; above 1 the resonance does not build up")
 
 
-@dataclass(frozen=True)
-class BesidesChanges:
+class BesidesChanges(Group):
     """What the changes are held against."""
 
     ROOT: ClassVar[str] = "response/switching"
-    steady_energy: Any = q("operation", "J", "largest kinetic energy of the steady state")
+    steady_energy: Any = q("operation", "J", "largest kinetic energy of the steady state",
+        name="kinetic energy, peak")  # fmt: skip
 
 
 #: axis name -> (unit, long name)

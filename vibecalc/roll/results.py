@@ -67,11 +67,11 @@ ROLL_ENTRIES = (
     entry(f"{ROLL}/largest_torque", "", "N*m", "largest torque of the motor in a turn",
           headline=Headline("motor torque, peak", "N*m")),
     entry(f"{ROLL}/breakdown_margin", "", "", "breakdown torque of the motor / mean torque - 1",
-          headline=Headline("breakdown torque / mean motor torque - 1")),
+          headline=Headline("breakdown torque margin, T_max / T_mean - 1")),
     entry(f"{ROLL}/shell_drift", "", "rad/s", "mean angular speed of the shell"),
     entry(f"{ROLL}/angular_momentum", "", "N*m*s", "mean angular momentum about the crank axis"),
     *(
-        entry(f"{ROLL}/{name}", _BY_ORDER, unit, words, PEAK)
+        entry(f"{ROLL}/{name}", _BY_ORDER, unit, words, PEAK, name=words)
         for name, (unit, words) in VARIABLES.items()
     ),
     *(
@@ -80,7 +80,8 @@ ROLL_ENTRIES = (
     ),
     *(
         entry(f"{ROLL}/level/{name}", axes, "dB", f"{words}, dB re 1 {unit} zero-to-peak",
-              headline=_SHELL if name == "shell_acceleration" else None, exempt=SPECTRUM)
+              headline=_SHELL if name == "shell_acceleration" else None, exempt=SPECTRUM,
+              name=f"level of the {words}")
         for kinds, axes in ((VARIABLES, _BY_ORDER), (FORCES, _BY_CYLINDER))
         for name, (unit, words) in kinds.items()
     ),
@@ -88,7 +89,7 @@ ROLL_ENTRIES = (
         entry(
             f"{ROLL}/phase_lag/{name}", axes, "rad",
             f"{words}: angle by which it lags, x = C cos(n W t - lag), t = 0 at crank angle 0",
-            exempt=SPECTRUM, circle=TURN,
+            exempt=SPECTRUM, circle=TURN, name=f"phase lag of the {words}",
         )
         for kinds, axes in ((VARIABLES, _BY_ORDER), (FORCES, _BY_CYLINDER))
         for name, (_, words) in kinds.items()
@@ -120,8 +121,8 @@ ROLL_ENTRIES = (
           exempt=CHECK, diagnostic=True),
     entry(
         f"{ROLL}/momentum_residual", "", "N*m*s",
-        "error of the angular momentum balance", exempt=CHECK,
-        diagnostic=True),
+        "error of the angular momentum balance", exempt=CHECK, diagnostic=True,
+        name="error of the angular momentum balance"),
     entry(
         f"{ROLL}/interpolation/level", "interpolant order", "dB",
         "level of the shell acceleration with each interpolation of the gas forces",
@@ -335,7 +336,7 @@ START_UP_ENTRIES = (
     entry(
         f"{START}/running_speed", "", "rad/s",
         "mean crank speed of the last whole turn; 0 without one",
-        headline=Headline("speed after the start", "rpm")),
+        headline=Headline("mean speed after the start", "rpm")),
     entry(
         f"{START}/time_to_speed", "", "s",
         "time at which the crank reaches that speed; infinite if it does not start",
@@ -449,9 +450,10 @@ CONTROL_ENTRIES = (
     entry(f"{CONTROL}/breakdown_torque", "", "N*m", "largest torque of the motor"),
     entry(f"{CONTROL}/inertia", "", "kg*m^2", "inertia accelerated by the motor"),
     entry(f"{CONTROL}/shell_share", "", "", "acceleration ratio, shell / crank"),
-    entry(f"{CONTROL}/mean_torque", "", "N*m", "mean torque of gas and friction on the rotor"),
+    entry(f"{CONTROL}/mean_torque", "", "N*m", "mean torque of gas and friction on the rotor",
+          name="mean torque of gas and friction"),
     entry(f"{CONTROL}/disturbance", "order", "N*m", "torque of gas and pistons on the rotor at "
-          "constant speed", PEAK),
+          "constant speed", PEAK, name="torque of gas and pistons at constant speed"),
     entry(f"{CONTROL}/speed_without", "", "rad/s", "mean speed of the reduced model, no control"),
     entry(f"{CONTROL}/target_speed", "", "rad/s", "target mean speed of the speed feedback"),
     entry(f"{CONTROL}/speed", "", "rad/s", "mean speed of the reduced model under control",
@@ -467,7 +469,8 @@ CONTROL_ENTRIES = (
     entry(f"{CONTROL}/pole", "pole", "1/s", "pole of the closed loop, complex"),
     *_loop("", "", ""),
     entry(f"{CONTROL}/motor_gains/speed", "motor_gain", "rad/s", "mean speed with another motor"),
-    entry(f"{CONTROL}/motor_gains/level", "motor_gain order", "dB", f"{_LEVEL}, no control"),
+    entry(f"{CONTROL}/motor_gains/level", "motor_gain order", "dB", f"{_LEVEL}, no control",
+          name="level of the shell's acceleration with another motor"),
     entry(f"{CONTROL}/grid/speed_feedback", "gain", "", "speed feedback for the target speed"),
     entry(f"{CONTROL}/grid/level", "gain feedback order", "dB", _LEVEL),
     entry(f"{CONTROL}/grid/attenuation", "gain feedback order", "dB", "reduction by control"),
@@ -478,8 +481,9 @@ CONTROL_ENTRIES = (
           exempt=SEARCHED),
     entry(f"{CONTROL}/tuned/speed_feedback", "", "", "speed feedback with the tuned gains",
           exempt=SEARCHED),
-    entry(f"{CONTROL}/tuned/objective", "", "dB", "largest level of the orders to be reduced",
-          headline=Headline("tuned controller, objective", "dB")),
+    entry(f"{CONTROL}/tuned/objective", "", "dB",
+          "largest level of the orders to be reduced, dB re 1 rad/s^2 zero-to-peak",
+          headline=Headline("tuned controller, minimised level", "dB")),
     entry(f"{CONTROL}/tuned/level", "order", "dB", f"{_LEVEL}, tuned gains"),
     entry(f"{CONTROL}/tuned/attenuation", "order", "dB", "reduction by the tuned gains"),
     *_loop("tuned/", "", ", tuned gains"),

@@ -74,6 +74,12 @@ def named_couplings(case: Case) -> dict[str, "Coupling"]:
     return {name: shaft.coupling for name, shaft in named if shaft.coupling is not None}
 
 
+def has_warm_couplings(case: Case) -> bool:
+    """Whether the temperature of some coupling is given, or follows from its heat."""
+    found = named_couplings(case).values()
+    return any(one.temperature or one.thermal_resistance or one.temperature_rise for one in found)
+
+
 def coupling_limits(case: Case) -> tuple[str, ...]:
     """Limits that the maker of some coupling says."""
     found = named_couplings(case)
@@ -107,16 +113,21 @@ def excited_orders(case: Case) -> tuple[float, ...]:
     if has_crank_train(case.machine):
         highest, step = asked_orders(case)
         engine = tuple(step * number for number in range(1, round(highest / step) + 1))
-    if not shaft_line_of(case).excitations:
+    if not counts_at_stations(case):
         return engine
     from vibecalc.torsion.station_torques import all_orders
 
     return tuple(all_orders(case, engine).order.tolist())
 
 
+def counts_at_stations(case: Case) -> bool:
+    """Whether orders are those of torques at stations, alone or with those of cylinders."""
+    return bool(shaft_line_of(case).excitations) or not has_crank_train(case.machine)
+
+
 def orders_words(case: Case) -> str:
     """Orders of the excitation in words."""
-    if shaft_line_of(case).excitations:
+    if counts_at_stations(case):
         orders = excited_orders(case)
         return f"{len(orders)} from {orders[0]:.4g} to {orders[-1]:.4g}"
     highest, step = asked_orders(case)

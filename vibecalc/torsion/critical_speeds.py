@@ -253,7 +253,9 @@ def barred_ranges(excess: Callable[[FloatArray], FloatArray], speed: ArrayLike) 
     """Ranges in which `excess`, curve minus limit at speeds (s,), is above zero.
 
     `speed` (s,) rising must be close enough that no range lies between two of them: put the
-    resonances of the curve among them. Ends are brought to neighbouring numbers by bisection.
+    resonances of the curve among them. Ends are brought to neighbouring numbers: each round tries
+    both sides of where a straight line crosses, as near to it as its curvature lets, and next to
+    a jump the middle and places near both ends.
     Infinite excess (an undamped resonance) is inside a range.
 
     Raises
@@ -262,15 +264,34 @@ def barred_ranges(excess: Callable[[FloatArray], FloatArray], speed: ArrayLike) 
         The excess is not a number somewhere.
     """
     speeds = np.asarray(speed, dtype=float)
-    above = _above(excess, speeds)
+    values = _known(excess, speeds)
+    above = values > 0.0
     change = np.flatnonzero(above[1:] != above[:-1])
-    low, high, rising = speeds[change], speeds[change + 1], above[change + 1]
+    place, value = (np.stack([one[change], one[change + 1]]) for one in (speeds, values))
+    rising, whole = above[change + 1], place[1] - place[0]
+    open_ = np.arange(len(change))
     for _ in range(70):
-        middle = 0.5 * (low + high)
-        if np.all(high - low <= 2.0 * EPSILON * high):
+        open_ = open_[np.ptp(place[:, open_], axis=0) > 2.0 * EPSILON * place[1, open_]]
+        if not len(open_):
             break
-        upper = _above(excess, middle) == rising
-        low, high = np.where(upper, low, middle), np.where(upper, middle, high)
+        (low, high), (first, last) = place[:, open_], value[:, open_]
+        width = high - low
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = first / (first - last)
+        guess = low + np.where(np.isfinite(share), share, 0.5) * width
+        off, step = 0.25 * width * (width / whole[open_]) + EPSILON * high, width / 64.0
+        inner = np.sort([low + step, 0.5 * (low + high), high - step, guess - off, guess + off],
+                        axis=0)  # fmt: skip
+        inner = np.clip(inner, low, high)
+        here = _known(excess, inner.ravel()).reshape(inner.shape)
+        tried = np.concatenate([low[None], inner, high[None]])
+        found = np.concatenate([first[None], here, last[None]])
+        upper = np.argmax((found[1:] > 0.0) == rising[open_], axis=0) + 1
+        column = np.arange(len(open_))
+        for side in (0, 1):
+            place[side, open_] = tried[upper - 1 + side, column]
+            value[side, open_] = found[upper - 1 + side, column]
+    low, high = place
     # the side inside the range counts, so that both ends are within it
     starts, ends = high[rising], low[~rising]
     start_crosses, end_crosses = np.ones(len(starts), bool), np.ones(len(ends), bool)
@@ -301,11 +322,12 @@ def slopes(
         return np.asarray(np.abs(values[1] - values[0]) / (after - before))
 
 
-def _above(excess: Callable[[FloatArray], FloatArray], speeds: FloatArray) -> BoolArray:
+def _known(excess: Callable[[FloatArray], FloatArray], speeds: FloatArray) -> FloatArray:
+    """The excess at speeds; NumericalFailure where it is not a number."""
     values = excess(speeds) if len(speeds) else np.zeros(0)
     if np.any(np.isnan(values)):
         raise NumericalFailure("barred ranges: curve minus limit is not a number at some speed")
-    return np.asarray(values > 0.0)
+    return np.asarray(values)
 
 
 # ----------------------------------------------------------------------------

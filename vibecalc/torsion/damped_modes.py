@@ -113,18 +113,18 @@ def damped_line_modes(
     line: Line,
     rings: int,
     line_at: Callable[[FloatArray], Line] | None = None,
-    modes: Modes | None = None,
+    guess: tuple[ComplexArray, ComplexArray] | None = None,
 ) -> LineModes:
     """Of a line without leading axes whose last `rings` freedoms are the rings of dampers.
 
     Every freedom with inertia has a mode. `line_at` gives the line at frequencies (g,) in rad/s
-    where its elements depend on it: each pole is then that of its own magnitude. `modes` are the
-    undamped ones of the line, if they are at hand. Raises NumericalFailure where a pole cannot be
-    distinguished from another one to four digits, or has no dashpots that equal its loss factors.
+    where its elements depend on it: each pole is then that of its own magnitude. `guess` are poles
+    (g,) and shapes (n, g) to begin with, if they are at hand. Raises NumericalFailure where a pole
+    cannot be distinguished from another one to four digits, or has no dashpots that equal its loss
+    factors.
     """
-    modes = natural_modes(line) if modes is None else modes
-    found = refined(line, *guesses(line, modes), line_at)
-    first = len(modes.frequency) - len(found.pole)
+    found = refined(line, *(guess or guesses(line, natural_modes(line))), line_at)
+    first = np.count_nonzero(line.inertia) - len(found.pole)
     # as one with all that dashpots join, and each part of it that only these join to the first
     springs = line.stiffness != 0.0
     rigid, parts = free_parts(line, springs | (line.damping != 0.0)), free_parts(line, springs)

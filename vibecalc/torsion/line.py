@@ -116,6 +116,18 @@ def loss_stiffness(line: Line, frequency: FloatArray) -> FloatArray:
     return np.asarray(loss + frequency[..., None] * line.damping)
 
 
+def equivalent_line(line: Line, frequency: float | FloatArray) -> Line:
+    """The line with dashpots eta k / w in place of its loss factors; w (...) in rad/s."""
+    w = np.asarray(frequency, dtype=float)[..., None]
+    dashpot = line.damping + np.abs(line.loss_factor) * line.stiffness / w
+    return line._replace(damping=dashpot, loss_factor=np.zeros_like(line.loss_factor))
+
+
+def columns(line: Line) -> Line:
+    """Values (n or e, g), or (n or e, 1) where they are those of all poles."""
+    return mapped(line, lambda one: one.T if one.ndim > 1 else one[:, None])
+
+
 def hand_over(
     load: FloatArray | ComplexArray, line: Line, torque: FloatArray | ComplexArray
 ) -> None:

@@ -28,6 +28,7 @@ from vibecalc.torsion.modes_of_tree import (
     relative_error,
     tree_modes,
 )
+from vibecalc.torsion.network import inverse_iteration
 
 # ----------------------------------------------------------------------------
 # Frequencies of a row of inertias as singular values of a bidiagonal factor.
@@ -84,9 +85,6 @@ def row_frequencies(factor: FloatArray, free: bool) -> FloatArray:
 # Natural frequencies and shapes of an undamped shaft line, by the method that its shape allows.
 # ----------------------------------------------------------------------------
 
-#: up to this length LAPACK's QR gives shapes as accurate and sooner
-_SHORT = 24
-
 
 class Modes(NamedTuple):
     """m modes of n freedoms, one mode for each freedom with inertia.
@@ -120,8 +118,8 @@ def natural_modes(line: Line) -> Modes:
         frequency, shape = _row_modes(row)
         relative = relative_error(count)
         return _finished(line.inertia, frequency, shape, relative * frequency)
-    frequencies, errors, shapes = [], [], []
-    for connected in connected_parts(line):
+    frequencies, errors, shapes, parts = [], [], [], connected_parts(line)
+    for connected in parts:
         frequency, shape, error = _part_modes(connected, count)
         frequencies.append(frequency)
         errors.append(error)
@@ -129,6 +127,8 @@ def natural_modes(line: Line) -> Modes:
     frequency, error = np.concatenate(frequencies), np.concatenate(errors)
     order = np.argsort(frequency, kind="stable")
     shape = np.concatenate(shapes)[order]
+    if not all(part.is_tree for part in parts):
+        _sharpen(line, frequency[order], shape)
     owner = np.repeat(np.arange(len(shapes)), [len(part) for part in shapes])[order]
     return _finished(line.inertia, frequency[order], shape, error[order], owner)
 
@@ -147,25 +147,22 @@ def _row_modes(row: StationRow) -> tuple[FloatArray, FloatArray]:
     free = not row.ground.any()
     factor = bidiagonal_factor(row)
     frequency = row_frequencies(factor, free)
-    if len(row.inertia) <= _SHORT:
-        shape = np.linalg.svd(factor)[2][::-1] / np.sqrt(row.inertia)
-    else:
-        shape = row_shapes(row, frequency)
-        runs = clusters(frequency)
-        pairs = np.array([a for a, b in runs if b == a + 2], dtype=np.int64)
-        done = set[int]()
-        if len(pairs):
-            turned_pairs, sound = orthogonal_pairs(shape, pairs, row.inertia)
-            pairs, turned_pairs = pairs[sound], turned_pairs[sound]
-            shape[pairs], shape[pairs + 1] = turned_pairs[:, 0], turned_pairs[:, 1]
-            done = set(pairs.tolist())
-        for first, last in runs:
-            if first in done:
-                continue
-            turned = orthogonal(shape[first:last], row.inertia)
-            if turned is None:
-                turned = np.linalg.svd(factor)[2][::-1][first:last] / np.sqrt(row.inertia)
-            shape[first:last] = turned
+    shape = row_shapes(row, frequency)
+    runs = clusters(frequency)
+    pairs = np.array([a for a, b in runs if b == a + 2], dtype=np.int64)
+    done = set[int]()
+    if len(pairs):
+        turned_pairs, sound = orthogonal_pairs(shape, pairs, row.inertia)
+        pairs, turned_pairs = pairs[sound], turned_pairs[sound]
+        shape[pairs], shape[pairs + 1] = turned_pairs[:, 0], turned_pairs[:, 1]
+        done = set(pairs.tolist())
+    for first, last in runs:
+        if first in done:
+            continue
+        turned = orthogonal(shape[first:last], row.inertia)
+        if turned is None:
+            turned = np.linalg.svd(factor)[2][::-1][first:last] / np.sqrt(row.inertia)
+        shape[first:last] = turned
     if free:
         shape[0] = 1.0
     return frequency, shape
@@ -196,6 +193,21 @@ def _part_modes(connected: LinePart, count: int) -> tuple[FloatArray, FloatArray
     shape[:, order] = part
     angles_of_condensed(shape, taken)
     return frequency, shape, error
+
+
+def _sharpen(line: Line, frequency: FloatArray, shape: FloatArray) -> None:
+    """Shapes (m, n) by a step of inverse iteration, which keeps small angles, in place.
+
+    Of dense singular vectors all angles have the error of the largest. Those that share their
+    frequency stay as they are: a step would turn them into each other.
+    """
+    alone = frequency > 0.0
+    for first, last in clusters(frequency):
+        alone[first:last] = False
+    plain = line._replace(damping=0.0 * line.damping, loss_factor=0.0 * line.loss_factor,
+                          absolute_damping=0.0 * line.inertia)  # fmt: skip
+    found = inverse_iteration(plain, 1j * frequency[alone], shape[alone].T.astype(complex))
+    shape[alone] = found.imag.T
 
 
 def _finished(

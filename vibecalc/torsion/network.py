@@ -9,9 +9,10 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.elimination import ROUNDINGS, LineSolution
-from vibecalc.torsion.line import Line, complex_stiffness, hand_over
+from vibecalc.torsion.line import Line, columns, complex_stiffness, equivalent_line, hand_over
 
 #: of each step the reciprocal of its sum, and the share of the sum that each neighbour has
 Factors: TypeAlias = list[tuple[ComplexArray, list[ComplexArray]]]
@@ -127,6 +128,23 @@ def _network(n: int, first: tuple[int, ...], second: tuple[int, ...]) -> Network
         for j, _ in around:
             heapq.heappush(waiting, (len(beside[j]), j))
     return Network(n, np.array(edges, dtype=np.int64), len(names), steps)
+
+
+def inverse_iteration(line: Line, pole: ComplexArray, x: ComplexArray) -> ComplexArray:
+    """Unit shapes (n, g) after one step of inverse iteration at each pole (g,)."""
+    law = columns(equivalent_line(line, np.abs(pole)))
+    near = pole * (1.0 + 16.0 * EPSILON)
+    load = (2.0 * near * law.inertia + law.absolute_damping) * x
+    hand_over(load, law, law.damping * (x[law.second] - x[law.first]))
+    ground = law.ground_stiffness + near * law.absolute_damping + near**2 * law.inertia
+    network = network_of(line)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        factors = network.factorised(list(ground), law.stiffness + near * law.damping)
+        x = network.solved(factors, load)
+        x = np.asarray(x / np.linalg.norm(x, axis=0))
+    if not np.all(np.isfinite(x)):
+        raise NumericalFailure("the poles of the damped line leave the range of numbers")
+    return x
 
 
 # ----------------------------------------------------------------------------

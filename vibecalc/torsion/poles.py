@@ -10,14 +10,15 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import (
     Line,
+    columns,
     damping_matrix,
-    hand_over,
+    equivalent_line,
     mapped,
     network_matrix,
     stiffness_matrix,
 )
 from vibecalc.torsion.modes import Modes, natural_modes
-from vibecalc.torsion.network import network_of
+from vibecalc.torsion.network import inverse_iteration
 
 # ----------------------------------------------------------------------------
 # First guesses of the poles that vibrate, in undamped modes, so that low ones keep their digits.
@@ -28,13 +29,6 @@ from vibecalc.torsion.network import network_of
 MANY = 200
 #: share of another mode in the shape of a pole up to which damping counts as weak
 WEAK = 0.3
-
-
-def equivalent_line(line: Line, frequency: float | FloatArray) -> Line:
-    """The line with dashpots eta k / w in place of its loss factors; w (...) in rad/s."""
-    w = np.asarray(frequency, dtype=float)[..., None]
-    dashpot = line.damping + np.abs(line.loss_factor) * line.stiffness / w
-    return line._replace(damping=dashpot, loss_factor=np.zeros_like(line.loss_factor))
 
 
 def modal_damping_matrix(line: Line, modes: Modes) -> FloatArray:
@@ -177,7 +171,7 @@ def refined(
             break
         cluster = _clusters(pole, TOGETHER * np.abs(pole))
         middle = _mean(pole, cluster)
-        x = _step(at(np.abs(middle)), middle, x)
+        x = inverse_iteration(at(np.abs(middle)), middle, x)
         pole, x = _next(at(np.abs(pole)), middle, pole, x, cluster)
         moved = np.abs(_mean(pole, cluster) - middle)
         # what is real, or slides to rest, was made to vibrate in the guess by loss factors alone
@@ -198,7 +192,7 @@ def refined(
         )
     if not len(pole):
         return Poles(pole, x, pole, pole.real)
-    law = _columns(equivalent_line(at(np.abs(pole)), np.abs(pole)))
+    law = columns(equivalent_line(at(np.abs(pole)), np.abs(pole)))
     error = _pole_errors(law, pole, x, cluster, moved)
     _part_shapes(law, pole, x, error, cluster)
     swings = np.flatnonzero(pole.imag > 1e3 * error)
@@ -213,7 +207,7 @@ def refined_pole(line: Line, guess: complex) -> tuple[complex, float]:
     n = line.inertia.shape[-1]
     shape: ComplexArray = np.exp(1j * np.arange(n))[:, None]
     for _ in range(2):
-        shape = _step(line, np.array([guess]), shape)
+        shape = inverse_iteration(line, np.array([guess]), shape)
     found = refined(line, np.array([guess]), shape)
     if not len(found.pole):
         raise NumericalFailure(f"no mode near {abs(guess):.6g} rad/s vibrates")
@@ -237,28 +231,6 @@ def _mean(values: ComplexArray, cluster: IntArray) -> ComplexArray:
     """Of each pole (g,) the mean of its cluster."""
     total = np.bincount(cluster, values.real) + 1j * np.bincount(cluster, values.imag)
     return np.asarray((total / np.bincount(cluster))[cluster])
-
-
-def _columns(line: Line) -> Line:
-    """Values (n or e, g), or (n or e, 1) where they are those of all poles."""
-    return mapped(line, lambda one: one.T if one.ndim > 1 else one[:, None])
-
-
-def _step(line: Line, pole: ComplexArray, x: ComplexArray) -> ComplexArray:
-    """Unit shapes (n, g) after one step of inverse iteration at each pole (g,)."""
-    law = _columns(equivalent_line(line, np.abs(pole)))
-    near = pole * (1.0 + 16.0 * EPSILON)
-    load = (2.0 * near * law.inertia + law.absolute_damping) * x
-    hand_over(load, law, law.damping * (x[law.second] - x[law.first]))
-    ground = law.ground_stiffness + near * law.absolute_damping + near**2 * law.inertia
-    network = network_of(line)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        factors = network.factorised(list(ground), law.stiffness + near * law.damping)
-        x = network.solved(factors, load)
-        x = np.asarray(x / np.linalg.norm(x, axis=0))
-    if not np.all(np.isfinite(x)):
-        raise NumericalFailure("the poles of the damped line leave the range of numbers")
-    return x
 
 
 def _products(law: Line, one: ComplexArray, two: ComplexArray) -> tuple[ComplexArray, ...]:
@@ -291,7 +263,7 @@ def _next(
     line: Line, middle: ComplexArray, pole: ComplexArray, x: ComplexArray, cluster: IntArray
 ) -> tuple[ComplexArray, ComplexArray]:
     """Better poles (g,) and shapes (n, g), each with its own dashpots; `line` is that of each."""
-    law = _columns(equivalent_line(line, np.abs(pole)))
+    law = columns(equivalent_line(line, np.abs(pole)))
     mass, drag, held = _products(law, x, x)
     better = middle - (middle * (middle * mass + drag) + held) / (2.0 * middle * mass + drag)
     for one in np.flatnonzero(np.bincount(cluster) > 1).tolist():

@@ -7,10 +7,9 @@ damps.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, named, q
+from vibecalc.core.results.described import Group, entries_of, lead, named, q
 from vibecalc.core.results.record import (
     CANCELS,
     CHECK,
@@ -39,7 +38,7 @@ MODES = under(
     f"{ROOT}/modes",
     entry("natural_frequency", "mode", "rad/s",
           "with a damper the magnitude of the pole, else undamped; 0: rigid or overdamped",
-          headline=Headline("natural frequency, elastic mode", "Hz", pick="elastic")),
+          headline=Headline("torsional natural frequency", "Hz", pick="elastic")),
     entry("frequency_error", "mode", "rad/s", "error estimate of each natural frequency",
           diagnostic=True),
     entry("damping_ratio", "mode", "", "of the damped pole, or as given by mode; 1: overdamped"),
@@ -142,8 +141,7 @@ STEADY = under(
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class PowerBalance:
+class PowerBalance(Group):
     """Mean torques on their own shafts and mean powers at the operating speed."""
 
     ROOT: ClassVar[str] = f"{ROOT}/power_balance"
@@ -261,22 +259,34 @@ SPEEDS = under(
     entry("peak/mode", "peak", "", "mode that resonates there; 0: none"),
     entry("peak/order", "peak", "", "and order; 0: none"),
 )  # fmt: skip
-BARRED = under(
-    ROOT,
-    entry("barred/from", "barred", "rad/s",
-          "barred for continuous operation from here: by the formula of a rule where that is wider "
-          "than the range above the limit; overlapping ranges are merged",
-          headline=Headline("barred range from", "rpm", pick="each")),
-    entry("barred/to", "barred", "rad/s", "to here",
-          headline=Headline("barred range to", "rpm", pick="each",
-                            words=f"{_REPORT}:acceptable")),
-    entry("barred/permitted", "barred", "", _MAY_BE_BARRED),
-    entry("exceeded/from", "exceeded", "rad/s",
-          "more than allowed in continuous operation from here"),
-    entry("exceeded/to", "exceeded", "rad/s", "to here"),
-    entry("exceeded/limit", "exceeded", "", "above this limit, counted from 1"),
-)  # fmt: skip
 
+
+def _barred(place: str, of: str = "") -> tuple[Entry, ...]:
+    """Ranges of speeds above the limits, and what is barred for all of them; `of` what is said."""
+    words = f", {of}" * bool(of)
+
+    def lead(end: str, told: str) -> Headline | None:
+        """Of the line as it is; those of its variants stand in words."""
+        return None if of else Headline(f"barred range {end}", "rpm", pick="each",
+                                        words=f"{_REPORT}:{told}")  # fmt: skip
+
+    return under(
+        place,
+        entry("barred/from", "barred", "rad/s",
+              "barred for continuous operation from here: by the formula of a rule where that is "
+              f"wider than the range above the limit; overlapping ranges are merged{words}",
+              headline=lead("from", "barred_by")),
+        entry("barred/to", "barred", "rad/s", f"to here{words}",
+              headline=lead("to", "acceptable")),
+        entry("barred/permitted", "barred", "", _MAY_BE_BARRED),
+        entry("exceeded/from", "exceeded", "rad/s",
+              f"more than allowed in continuous operation from here{words}"),
+        entry("exceeded/to", "exceeded", "rad/s", "to here"),
+        entry("exceeded/limit", "exceeded", "", "above this limit, counted from 1"),
+    )  # fmt: skip
+
+
+BARRED = _barred(ROOT)
 # ----------------------------------------------------------------------------
 # Against limits, over the speeds and section by section.
 #
@@ -352,15 +362,22 @@ BY_SECTION = under(
     entry("crank/acceptability", _CRANK, "",
           "the same at the speed of highest utilisation; required: 1.15"),
 )  # fmt: skip
-EXCEEDED = under(
-    ROOT,
-    entry("exceeded/peak_speed", "exceeded", "rad/s", "of the highest utilisation inside the range",
-          exempt=PLACE),
-    entry("exceeded/formula_from", "exceeded", "rad/s",
-          "16 n_c / (18 - lambda) of the rule, n_c the peak; 0: a limit without such a formula"),
-    entry("exceeded/formula_to", "exceeded", "rad/s", "(18 - lambda) n_c / 16 of the rule"),
-    entry("exceeded/permitted", "exceeded", "", _MAY_BE_BARRED),
-)  # fmt: skip
+
+
+def _exceeded(place: str) -> tuple[Entry, ...]:
+    """What is known of ranges above the limits besides their ends."""
+    return under(
+        place,
+        entry("exceeded/peak_speed", "exceeded", "rad/s",
+              "of the highest utilisation inside the range", exempt=PLACE),
+        entry("exceeded/formula_from", "exceeded", "rad/s",
+              "16 n_c / (18 - lambda) of the rule, n_c the peak; 0: a limit without a formula"),
+        entry("exceeded/formula_to", "exceeded", "rad/s", "(18 - lambda) n_c / 16 of the rule"),
+        entry("exceeded/permitted", "exceeded", "", _MAY_BE_BARRED),
+    )  # fmt: skip
+
+
+EXCEEDED = _exceeded(ROOT)
 
 # ----------------------------------------------------------------------------
 # The same shaft line in another state: without its dampers, or with all gas.
@@ -388,12 +405,13 @@ def _half_ranges(place: str, words: str) -> tuple[Entry, ...]:
 
 def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = None) -> Any:
     """Uses of limits in a condition, with the load that has the largest one."""
+    of = words or ", worst condition"
     use = f"stress or torque over allowed{words}"
     load = "section, counted from 1, then gears; 0: outside the limit"
     return under(
         f"{ROOT}/{place}/limit",
         entry("operating_utilisation", axes, "", f"{use}, {_HERE}", share=True,
-              name="utilisation at operating speed, worst condition"),
+              name=f"utilisation at operating speed{of}"),
         entry("largest_utilisation", axes, "", f"{use}, largest at any speed", headline=headline,
               share=True),
         entry("speed", axes, "rad/s", "where that is"),
@@ -423,12 +441,18 @@ VARIANTS = (
         entry("damper/heat", "damper", "W", f"mean power, {_HEALTHY}"),
         entry("damper/travel", "damper", "rad", f"largest magnitude, {_HEALTHY}")),
     *_limit_uses("healthy", "limit", f", {_HEALTHY}"),
+    *_barred(f"{ROOT}/healthy", _HEALTHY),
+    *_exceeded(f"{ROOT}/healthy"),
     *_limit_uses("conditions", "condition limit", "",
                  Headline(
                      "highest utilisation, worst condition",
                      at=f"{ROOT}/conditions/limit/speed",
                      words=f"{_REPORT}:most_used_in_condition",
                  )),
+    *_barred(f"{ROOT}/conditions", "worst condition"),
+    entry(f"{ROOT}/conditions/exceeded/condition", "exceeded", "",
+          "in this condition, counted from 1"),
+    *_exceeded(f"{ROOT}/conditions"),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------
@@ -500,7 +524,12 @@ IRREGULARITY_ENTRIES = under(
                             at=f"{IRREGULARITY}/largest/speed")),
     entry("largest/speed", "station", "rad/s", "where that is"),
 )  # fmt: skip
-_WORST_STRESS = Headline("largest stress, worst condition", "N/mm^2")
+_WORST_STRESS = Headline(
+    "largest stress, worst condition",
+    "N/mm^2",
+    at=f"{CONDITIONS}/largest/section_speed",
+    words=f"{_REPORT}:most_stressed_in_condition",
+)
 _OF_CONDITIONS = (
     ("torque", "section", "N*m"),
     ("stress", "section", "Pa"),
@@ -539,7 +568,7 @@ _BORNE = (
      "root of the sum of squares of the orders, each times its frequency factor"),
     ("main_frequency", "rad/s", "of the order of the largest torque"),
     ("power_loss", "W", "mean, of all orders"),
-    ("temperature", "K", "of the element, 0: not known"),
+    ("temperature", "K", "of the element, where it is known"),
 )  # fmt: skip
 #: of what a coupling bears, that of which the largest at any speed is searched
 LARGEST = tuple(name for name, *_ in _BORNE if name not in ("mean_torque", "main_frequency"))

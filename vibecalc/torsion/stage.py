@@ -20,6 +20,7 @@ from vibecalc.torsion.asked import (
     asked,
     asked_orders,
     condition_names,
+    counts_at_stations,
     coupling_limits,
     excited_orders,
     freedom_count,
@@ -27,12 +28,12 @@ from vibecalc.torsion.asked import (
     has_holzer,
     has_loops,
     has_loss,
+    has_warm_couplings,
     leading,
     least_steps,
     modes_follow_speed,
     named_couplings,
     orders_words,
-    shaft_line_of,
 )
 from vibecalc.torsion.results import ROOT, of_line, over_range
 from vibecalc.torsion.study_results import (
@@ -162,6 +163,7 @@ def _picked(case: "Case", line: "ShaftLine", torsion: "Torsion", ranged: bool) -
         (train and train.tangential_effort is None, "/excitation/pressure"),
         (bored, "tangential_pressure mean_indicated_pressure"),
         (named_couplings(case), "/coupling/"),
+        (has_warm_couplings(case), "/temperature"),
         (
             coupling_limits(case),
             "/coupling/largest_utilisation /coupling/utilisation /coupling/speeds/utilisation",
@@ -217,7 +219,7 @@ def _curves(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Sta
     lacking = _without(
         *((one in of, f"/curves/{one}/") for one in known),
         *((one in measured, f"/curves/{one}/measured/") for one in known),
-        (torsion.limits, "/stress/allowed /stress/transient /limit/"),
+        (torsion.limits, "/stress/allowed /stress/transient /limit/ /exceeded/ /barred/"),
         (any(one.pole_pairs for one in torsion.irregularity), "/electrical_angle"),
         (any(shaft.has_stress for shaft in line.shafts), "/stress"),
         (torsion.irregularity, "/conditions/irregularity"),
@@ -351,7 +353,7 @@ def _damper(case: "Case", torsion: "Torsion | None", options: "DamperDesign") ->
 
 
 def _half_orders(case: "Case") -> Harmonics:
-    if shaft_line_of(case).excitations:
+    if counts_at_stations(case):
         orders = excited_orders(case)
         rule = "[[machine.shaft_line.excitations]]"
         if has_crank_train(case.machine):
@@ -404,7 +406,7 @@ def _planned_orders(case: "Case", path: str) -> Entries | None:
     found = None if stage is None else harmonics_of(case, stage)
     if found is None:
         return None
-    if shaft_line_of(case).excitations:
+    if counts_at_stations(case):
         return Entries(excited_orders(case), "orders of cylinders and of torques at stations")
     orders = tuple(found.lowest * number for number in range(1, found.number + 1))
     return Entries(orders, "orders of [response.torsion] says their step and the highest")
@@ -441,14 +443,14 @@ SUBJECT = Subject(
     sections=(
         "vibecalc.torsion.report.first_page:torsion",
         "vibecalc.torsion.report.limits:torsion_limits",
-        "vibecalc.torsion.report.modes:torsion_modes",
-        "vibecalc.torsion.report.vibration:torsion_steady",
-        "vibecalc.torsion.report.vibration:torsion_speeds",
-        "vibecalc.torsion.report.vibration:torsion_conditions",
         "vibecalc.torsion.report.couplings:torsion_couplings",
         "vibecalc.torsion.report.studies:damper_design",
         "vibecalc.torsion.report.studies:torsion_transient",
+        "vibecalc.torsion.report.modes:torsion_modes",
+        "vibecalc.torsion.report.vibration:torsion_conditions",
         "vibecalc.torsion.report.vibration:torsion_irregularity",
+        "vibecalc.torsion.report.vibration:torsion_steady",
+        "vibecalc.torsion.report.vibration:torsion_speeds",
         "vibecalc.torsion.report.studies:torsion_variable",
         "vibecalc.torsion.report.studies:torsion_published",
         "vibecalc.torsion.report.line:torsion_line",

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 SAME = 1e-9
 #: of an amplitude with its phase and its law
 ROUNDINGS = 16.0
+#: orders of a line that nothing excites but a step in time
+ALONE = np.ones(1)
 
 
 class Law(Protocol):
@@ -183,7 +185,8 @@ def all_orders(case: "Case", engine: ArrayLike) -> Orders:
     line = case.machine.shaft_line
     assert line is not None
     given = [order for orders in _orders_by_entry(line) for order in orders]
-    return columns(np.asarray(engine, dtype=float), given, case.machine.speed)
+    own = np.asarray(engine, dtype=float)
+    return columns(own if len(own) or given else ALONE, given, case.machine.speed)
 
 
 def given_harmonics(

@@ -200,7 +200,7 @@ def _seen(stem: str, whose: str) -> tuple[Entry, ...]:
         entry(f"{stem}worst_section", "", "", "where that is, counted from 1"),
         _study(f"{stem}worst_speed", "", "rad/s", "where that is"),
         entry(f"{stem}heat", "", "W", f"mean power at its worst speed, {whose}",
-              name="" if stem else "largest heat, optimum damper"),
+              headline=None if stem else Headline("largest heat, optimum damper", "W")),
         _study(f"{stem}heat_speed", "", "rad/s", "where that is"),
         entry(f"{stem}travel", "", "rad",
               f"of the ring relative to its station, at its worst speed, {whose}"),

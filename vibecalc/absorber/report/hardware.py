@@ -57,14 +57,16 @@ SPRINGS = Rows("stock_spring", "spring in stock", (
 OILS = Rows("stock_oil", "oil in stock", (
     Cells("hardware/oil/kinematic_viscosity", "viscosity\ncSt", "cSt"),
     Cells(_dynamic, "viscosity\nmPa*s"), Cells("hardware/oil/damping", "damping\nN*m*s/rad"),
-    Cells("hardware/oil/damping_over_primary_critical", "damping\nratio"),
+    Cells("hardware/oil/damping_over_primary_critical", "damping / critical\nof primary"),
     Cells("hardware/oil/right_temperature", "optimum at\ndegC", _celsius, right=True),
 ))  # fmt: skip
 DAMPERS = Rows("stock_damper", "damper in stock", (
-    Cells("damping", "N*s/m"), Cells("damping_over_primary_critical", "damping\nratio"),
+    Cells("damping", "N*s/m"),
+    Cells("damping_over_primary_critical", "damping / critical\nof primary"),
 ), "hardware/damper", merge=True)  # fmt: skip
 WARMING = Rows("temperature", "oil, degC", (
-    Cells("damping_over_primary_critical", "damping\nratio"), Cells("peak", "peak, these\nsprings"),
+    Cells("damping_over_primary_critical", "damping / critical\nof primary"),
+    Cells("peak", "peak, these\nsprings"),
     Cells("best_stiffness_ratio", "optimum\nstiffness"), Cells("best_peak", "peak with\nit"),
 ), "hardware/warming", label=_celsius, right=True, places=evenly(9))  # fmt: skip
 
@@ -122,9 +124,14 @@ def _pairs(record: Record) -> list[str]:
     (part, pairs), least = _best(record), scalar_of(record, "tuning/peak")
     if least is None or scalar_of(record, "tuning/helps") == 0.0:
         return []
-    heads = Column("best pairs: springs"), Column(part), number("peak"), number("above optimum, %")
+    heads = Column("springs in stock"), Column(part), number("peak"), number("above optimum, %")
     rows = [
-        [spring, other, show(least * (1.0 + cost)), show(100.0 * cost, digits=3)]
+        [
+            "" if spring == NO_SPRING else spring,
+            other,
+            show(least * (1.0 + cost)),
+            show(100.0 * cost, digits=3),
+        ]
         for spring, other, cost in pairs[:_PAIRS]
     ]
     return table(heads, rows)

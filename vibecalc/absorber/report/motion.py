@@ -41,13 +41,13 @@ def absorber_motion(result: Result) -> Section | None:
         f" for {cause.replace('_', ' ')} = {show(options[cause])} {_UNITS[cause]}" if cause else ""
     )
     roots = [(f"{MOTION_ROOT}/largest", f"{MOTION_ROOT}/largest_at")]
-    heads = [number("with"), number("at Hz")]
+    heads = [number("with\nabsorber"), number("at Hz")]
     if any(path.startswith(IN_BAND_ROOT) for path in shown):
         roots.insert(0, (IN_BAND_ROOT, f"{IN_BAND_ROOT}/at"))
-        heads = [number("in the band"), number("at Hz"), *heads]
+        heads = [number("in the\nband"), number("at Hz"), *heads]
     roots += [(f"{WITHOUT_ROOT}/largest", f"{WITHOUT_ROOT}/largest_at")]
     columns = [Column("maximum over the frequency range"), *heads,
-               number("without"), number("at Hz")]  # fmt: skip
+               number("without\nabsorber"), number("at Hz")]  # fmt: skip
     rows = []
     for names in (TRANSLATION, TORSION):
         for name, unit, read, words in names.values():
@@ -109,7 +109,7 @@ _TUNED_FOR = {
 }
 TOLERANCES = (
     Cells("{0}stiffness_ratio", "stiffness\nratio"),
-    Cells("{0}damping_over_primary_critical", "damping"),
+    Cells("{0}damping_over_primary_critical", "damping / critical\nof primary"),
     Cells("{1}nominal_peak", "nominal\npeak"),
     Cells("{1}worst_peak", "worst-case\npeak"),
 )
@@ -124,7 +124,7 @@ def tolerances(record: Record) -> list[str]:
     inside = scalar_of(record, "tuning/tolerances/inside_peak")
     if inside is not None:
         lines += paragraph(
-            "worst case of all combinations of the ends and the middle of each tolerance; of "
-            f"random parts in between: {show(inside)}"
+            "worst case of all combinations of lower end, middle and upper end of each "
+            f"tolerance; of random values in between: {show(inside)}"
         )
     return lines

@@ -76,8 +76,8 @@ def _curves(result: Result) -> list[str]:
     options = {**table_of(result.case, "tuning"), **table_of(result.case, "response", "absorber")}
     what = str(options.get("response") or "displacement").replace("_", " ")
     by = str(options.get("excitation") or "force")
-    over = "the base motion" if by.startswith("base") else "T0 / K1"
-    about = paragraph(f"{what} for {by.replace('_', ' ')} excitation; displacements over {over}")
+    over = "base motion" if by.startswith("base") else "static displacement of the primary"
+    about = paragraph(f"{what} for {by.replace('_', ' ')} excitation; displacements / {over}")
     return [*about, *lines]
 
 
@@ -149,11 +149,11 @@ _PENALTY = 1e-9
 _SAME = 1e-9
 _RATIO, _DAMPING = (
     Cells("stiffness_ratio", "stiffness\nratio"),
-    Cells("damping_over_primary_critical", "damping"),
+    Cells("damping_over_primary_critical", "damping / critical\nof primary"),
 )
 EACH = Rows("absorber", "absorber", (
     Cells("mass_ratio", "mass ratio"), _RATIO, _DAMPING,
-    Cells("absorber_damping_ratio", "damping ratio\nc2/(2 J2 w2)"), Cells("travel", "travel"),
+    Cells("absorber_damping_ratio", "damping\nratio"), Cells("travel", "travel"),
 ), "tuning/each", merge=True)  # fmt: skip
 EACH_BUILT = Rows("absorber", "absorber", (
     Cells("torsional_stiffness", "spring\nN*m/rad"),
@@ -295,6 +295,9 @@ def _conclusion(result: Result) -> list[str]:
         words += show(value) + ("" if alone is None else f", without the absorber {show(alone)}")
         if alone is not None and math.isfinite(alone) and value > 0.0:
             words += f" (factor {show(alone / value, digits=3)})"
+    k, m = (scalar_of(record, TUNING + name) for name in ("stiffness_ratio", "mass_ratio"))
+    if k and m:
+        words += f"; natural frequency ratio, absorber / primary: {show(math.sqrt(k / m))}"
     lines = paragraph(words + ".")
     if options.get("frequency"):
         lines += _next_to_the_best(record, value)
@@ -427,7 +430,11 @@ def friction_damper(result: Result) -> Section | None:
     shown = frozenset(path for path in result.record if path.startswith(FRICTION))
     if not shown:
         return None
-    lines, _ = scalars(result.record, (FRICTION + name for name in _FRICTION), FRICTION)
+    given, best = (scalar_of(result.record, f"{FRICTION}{name}friction_ratio")
+                   for name in ("", "best_"))  # fmt: skip
+    # of a damper with the optimum friction that is said already
+    names = _FRICTION[: -2 if given == best else None]
+    lines, _ = scalars(result.record, (FRICTION + name for name in names), FRICTION)
     return section("Friction damper", [lines], {}, shown)
 
 

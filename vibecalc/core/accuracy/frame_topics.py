@@ -66,15 +66,13 @@ def whole_case_topics(loaded: "LoadedCase") -> list[Topic]:
     def estimated(rtol: float) -> Answer:
         return Answer(np.full(len(truth), 1.0 + worst(run(rtol))), 1.0)
 
-    words = f"the run at rtol = {FINEST:g}, agreement as it says"
-    exact, ones = Reference(np.ones(len(truth)), 0.0, "no error at all"), np.ones(len(truth))
+    words = f"the run at rtol = {FINEST:g}, with its own error estimate"
+    exact, ones = Reference(np.ones(len(truth)), 0.0, "zero error"), np.ones(len(truth))
     solver = Solver("run", shares, "[accuracy] rtol", TOLERANCES, own if own > FINEST else None)
     claims = solver._replace(solve=estimated, settings=(*TOLERANCES, FINEST), default=own)
     said = f"{len(truth)} scalar results, "
-    of_finest = Ask("true error of a run", said + "each over that of the finest run", "")
-    of_estimate = Ask(
-        "error that a run estimates", said + "the largest estimate, as relative error", ""
-    )
+    of_finest = Ask("true error of a run", said + "each relative to that of the finest run", "")
+    of_estimate = Ask("error that a run estimates", said + "largest relative error estimate", "")
     return [
         Topic(of_finest, "runs", lambda: Reference(ones, worst(finest), words), [solver]),
         Topic(of_estimate, "runs", lambda: exact, [claims]),

@@ -241,7 +241,9 @@ def _top_of(curve: Curve, low: float, high: float, count: int) -> Reference:
         nearer = (smooth_place(curve, place, share * step) for share in (0.3, 0.03, 0.003))
         place = next((one for one in nearer if one != place), place)
     value = max(float(curve(np.array([place]))[0]), best)
-    words = f"scipy's bounded search about the highest of {count}, a polynomial through the top"
+    words = (
+        f"scipy's bounded search about the highest of {count} samples, polynomial through the peak"
+    )
     return Reference(value, max(abs(best / value - 1.0), 4.0 * EPSILON), words, place)
 
 

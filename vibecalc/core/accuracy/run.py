@@ -87,7 +87,7 @@ def collect(loaded: "LoadedCase", stages: Sequence[str]) -> Collected:
     for stage in stages:
         if stage == WHOLE_CASE and seconds > LONGEST_RUN:
             notes.append(
-                f"what the tolerance costs is left out: a run takes more than {LONGEST_RUN:g} s"
+                f"cost of the tolerance not measured: a run takes more than {LONGEST_RUN:g} s"
             )
             continue
         for where in asked[stage]:

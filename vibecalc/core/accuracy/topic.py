@@ -169,7 +169,7 @@ _LONG = 1.0
 
 #: a series ends where the next setting, three times the last, would not end in time
 _GROWS = 3.0
-_LATE = "the time for its question was used up"
+_LATE = "the time limit of its topic was reached"
 
 
 def measure(

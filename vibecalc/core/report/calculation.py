@@ -21,7 +21,6 @@ from vibecalc.core.report.html import (
     html_written,
     link,
 )
-from vibecalc.core.report.plots import make, pictures_of, vector_picture
 from vibecalc.core.report.sections import Section, other, read_as, section, stacked, table_of
 from vibecalc.core.report.text import OF_STUDIES, identity
 from vibecalc.core.report.verdicts import bounds_of, judge_references, place_of
@@ -40,6 +39,7 @@ from vibecalc.core.results.named import named
 from vibecalc.core.results.record import BARRED, Result, Verdict
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.stage import Subject, subjects, subjects_of
+from vibecalc.units import convert
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -160,7 +160,7 @@ def summary(result: Result) -> list[str]:
 
 
 def _verdict(limits: Sequence[Verdict]) -> str:
-    return pages.conclusion([], limits) or "The case sets no limit, so none is judged."
+    return pages.conclusion([], limits) or "The case sets no limits."
 
 
 def assumptions(result: Result) -> list[str]:
@@ -176,8 +176,8 @@ def judged(result: Result) -> list[str]:
 
 
 _BARRED = (
-    "Kept unless barred: exceeded only in speed ranges that the rule allows to be barred for "
-    "continuous running, and not at the operating speed."
+    "Barred range: exceeded only in speed ranges that may be barred for continuous operation, and "
+    "not at the operating speed."
 )
 _INFORMATIVE = "Informative: the society's or the standard's current text counts."
 
@@ -197,7 +197,12 @@ def limit_table(rows: Sequence[Verdict], *notes: str) -> list[str]:
 
 def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
     element, limit, source, use = row.element, row.limit, row.source, row.utilisation
-    bounds, computed = ", ".join(bounds_of(row)), show(row.computed, row.error_estimate)
+    unit = "%" if not element and read_as(row.quantity, row.unit)[1] == "%" else row.unit
+    factor = 1.0 if unit == row.unit else convert(1.0, row.unit, unit)
+    bounds = ", ".join(bounds_of(row, factor))
+    computed = show(factor * row.computed, row.error_estimate * factor)
+    if row.quantity in CATALOGUE and CATALOGUE[row.quantity].flag and not element:
+        bounds, computed = "no" if row.max == 0.0 else bounds, show(bool(row.computed))
     if element:
         limit += f"; {row.condition}" if row.condition else ""
         computed = as_text(row.computed, row.unit)
@@ -215,7 +220,7 @@ def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
     at = turns(row.speed) if math.isfinite(row.speed) else ""
     rule = source * rules, row.status * statuses
     verdict = pages.limit_verdict(row)
-    return [element, limit, *rule, bounds, computed, row.unit, shown, at, verdict]
+    return [element, limit, *rule, bounds, computed, unit, shown, at, verdict]
 
 
 def _running(title: str) -> str:
@@ -270,6 +275,8 @@ class _Maker:
     def part(self, where: str) -> Below | None:
         """One of them; the details of a section are for the appendix."""
         if ":" not in where:
+            from vibecalc.core.report.plots import make
+
             return self.picture(partial(make, self.result, where))
         found: Any = named(where)(self.result)
         title, lines = "", found
@@ -284,6 +291,8 @@ class _Maker:
 
     def picture(self, maker: "Callable[[], Figure | None]") -> Below | None:
         """A picture with its number."""
+        from vibecalc.core.report.plots import vector_picture
+
         found = vector_picture(maker)
         if found is None:
             return None
@@ -300,6 +309,8 @@ class _Maker:
 
         Pictures of the subject `of` itself that no chapter names are for the full report.
         """
+        from vibecalc.core.report.plots import pictures_of
+
         known = {part for one in calculation.chapters for part in (*one.parts, *one.details)}
         left = pictures_of(self.result).keys() - known
         left -= set() if self.full or of is None else of.pictures.keys()

@@ -1,7 +1,7 @@
 """What an optimisation is after, as its case says it: variables, choices, objectives, units."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +30,35 @@ def written_at(case: Mapping[str, Any], key: str) -> Any:
         except (KeyError, IndexError, TypeError):
             return None
     return part
+
+
+#: words that more than one table has, and the tables that say whose they are
+_SHARED = frozenset({"inertia", "stiffness", "damping", "torque", "gain"})
+_OWNERS = frozenset({"rotor", "shell", "motor", "friction", "control"})
+
+
+def key_words(keys: Sequence[str], case: Mapping[str, Any]) -> list[str]:
+    """The shortest end of each key that no other key has, and whose it is where many have such."""
+    parts = [key.split(".") for key in keys]
+    names = []
+    for path in parts:
+        others = [other for other in parts if other is not path]
+        alone = (n for n in range(1, len(path)) if all(o[-n:] != path[-n:] for o in others))
+        size = next(alone, len(path))
+        owned = path[-2:-1] != [] and path[-2] in _OWNERS
+        if size == 1 and path[-1] in _SHARED and owned:
+            size = 2
+        owner = _member(".".join(path[:-1]), case) if size == 2 else ""
+        mark = " " if size == 2 and owned else "."
+        words = f"{path[-1]} of {owner}" if owner else mark.join(path[-size:])
+        names.append(words.replace("_", " "))
+    return names
+
+
+def _member(key: str, case: Mapping[str, Any]) -> str:
+    """The name that the case gives to a member of a list, `cylinders[0]`; empty if it has none."""
+    found = written_at(case, key) if key.endswith("]") else None
+    return str(found.get("name") or "") if isinstance(found, Mapping) else ""
 
 
 # ----------------------------------------------------------------------------

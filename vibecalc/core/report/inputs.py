@@ -1,5 +1,6 @@
 """The input of a calculation as tables: what each key is, and its value with a unit."""
 
+import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -16,6 +17,8 @@ from vibecalc.units import convert
 #: tables of a case that are not the machine and what is asked of it
 _APART = ("schema", "title", "source", "document", "reference", "reference_table", "limit")
 _NUMBERS = ("number", "whole", "value")
+#: what the words on a key have for its author: how values are written, and its default
+_FOR_AUTHORS = re.compile(r"(,? (as )?([\d.]+ or )?'|; (default|needed )).*$", re.DOTALL)
 _DIGITS = 6
 
 
@@ -49,7 +52,8 @@ def _blocks(given: Table, written: Table, path: KeyPath) -> Titled:
             below.append((key, value))
         elif key in written or _is_given(value, fields[key]):
             shown = _value(value, written.get(key), place)
-            rows.append((key.replace("_", " "), shown, fields[key].description or ""))
+            words = _FOR_AUTHORS.sub("", fields[key].description or "")
+            rows.append((key.replace("_", " "), shown, words))
     if rows:
         yield _title(path), table(("key", "value", "meaning"), rows)
     for key, value in below:

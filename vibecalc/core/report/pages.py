@@ -18,6 +18,7 @@ from vibecalc.core.report.verdicts import (
     ReferenceRow,
     bounds_of,
     place_of,
+    state_in_words,
 )
 from vibecalc.core.report.writing import (
     many,
@@ -84,8 +85,8 @@ def margin(row: Verdict) -> str:
 
 
 def limit_verdict(row: Verdict) -> str:
-    """`kept`, `BROKEN` or `UNDECIDED`, or whether an expected break came."""
-    state = "kept unless barred" if row.state == BARRED and row.expect == KEPT else row.state
+    """`kept`, `barred range`, `BROKEN` or `UNDECIDED`, or whether an expected break came."""
+    state = state_in_words(row)
     if row.expect == KEPT:
         return state if row.satisfied else state.upper()
     return "broken, as expected" if row.satisfied else f"{state.upper()}, not broken as expected"
@@ -178,17 +179,16 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
     """One sentence: what holds, what does not, and by how much."""
     clauses = list[str]()
     if limits:
-        kept = sum(bool(row.kept) for row in limits)
-        barred = sum(row.state == BARRED for row in limits)
+        kept, barred = (sum(row.state == one for row in limits) for one in (KEPT, BARRED))
         clauses.append(f"{kept} of {many(len(limits), 'limit')} "
-                       + f"{_is(1 if len(limits) == 1 else kept)} kept"
-                       + f", {barred} of them by barring a speed range" * bool(barred))  # fmt: skip
+                       + f"{_is(1 if len(limits) == 1 else kept)} kept")  # fmt: skip
+        clauses += [f"{barred} {_is(barred)} exceeded in barred speed ranges only"] * bool(barred)
         broken = [row for row in limits if row.state == BROKEN and not row.satisfied]
         clauses += [_spoken(row) + _broken(row) for row in broken[:_MOST_BROKEN]]
         left = len(broken) - _MOST_BROKEN
         clauses += [f"{left} more {_is(left)} broken"] if left > 0 else []
         expected = sum(row.state == BROKEN and row.satisfied for row in limits)
-        clauses += [f"{expected} {_is(expected)} broken, as the case expects"] if expected else []
+        clauses += [f"{expected} {_is(expected)} broken, as expected"] if expected else []
         clauses += [f"{_spoken(row)} is undecided: {row.decided_by} would decide it"
                     for row in limits if row.state == UNDECIDED]  # fmt: skip
     counted = [row for row in references if row.within is not None]
@@ -236,12 +236,10 @@ def _broken(row: Verdict) -> str:
     limit = getattr(row, side)
     if limit is None or not math.isfinite(row.computed):
         return " violates its limit"
-    share = not row.unit and read_as(row.quantity, row.unit)[1] == "%"
-    computed, limit = (
-        show((100.0 if share else 1.0) * one, digits=4) for one in (row.computed, limit)
-    )
-    unit = f" {'%' if share else row.unit}".rstrip()
-    return f": {computed}{unit}, {side} {limit}"
+    unit = read_as(row.quantity, row.unit)[1]
+    factor = convert(1.0, row.unit, unit)
+    computed, limit = (show(factor * one, digits=4) for one in (row.computed, limit))
+    return f": {computed} {unit}".rstrip() + f", {side} {limit}"
 
 
 def _spoken(row: Verdict) -> str:

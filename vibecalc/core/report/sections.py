@@ -105,7 +105,7 @@ class Section(NamedTuple):
 _LITRES = 0.01
 _VARIABLE = "optimisation/variable/"
 #: unit -> from which size in SI on another one is read
-_LARGER = {"N*m": (1e4, "kN*m"), "g*mm": (0.1, "kg*m"), "g": (10.0, "kg")}
+_LARGER = {"N*m": (1e4, "kN*m"), "W": (1e4, "kW"), "g*mm": (0.1, "kg*m"), "g": (10.0, "kg")}
 
 
 def by_size(unit: str, values: Any) -> str:
@@ -255,13 +255,24 @@ def grouped(quantities: Sequence[Quantity], prefix: str = "") -> list[str]:
             vectors.setdefault((axis.name, *labels(axis)), []).append(quantity)
     blocks = [table(SCALARS, scalars)]
     for (name, *entries), members in vectors.items():
-        heads, columns = [f"{name} {members[0].axes[0].unit}".rstrip()], [entries]
+        told, unit, entries = _named_entries(members[0].axes[0], name, entries)
+        heads, columns = [f"{told} {unit}".rstrip()], [entries]
         for one in members:
             text = written(one, read_as(one.path, one.unit)[1])
             heads.append("\n".join(read_as(one.path.removeprefix(prefix), one.unit)))
             columns.append([text(value) for value in magnitudes(one)])
         blocks.append(table(heads, zip(*columns, strict=True)))
     return stacked(*blocks)
+
+
+def _named_entries(axis: Axis, name: str, entries: list[str]) -> tuple[str, str, list[str]]:
+    """An axis in words, its unit that people read, and its entries in that."""
+    told = name.rpartition(".")[2].replace("_", " ")
+    turns = axis.unit == "rad/s" and told.endswith("speed")
+    unit = "rpm" if turns else READ.get(axis.unit, axis.unit)
+    if unit != axis.unit:
+        entries = [show(value * convert(1.0, axis.unit, unit)) for value in axis.values]
+    return told, unit, entries
 
 
 # ----------------------------------------------------------------------------

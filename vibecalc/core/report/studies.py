@@ -320,7 +320,7 @@ def _advised(record: Record, one: Variable) -> str:
     unit = "" if goal is None else goal.unit
     if slope is not None:
         for place, steep in zip(labels(slope.axes[0]), slope.values / one.factor, strict=True):
-            shown = show_in(steep, unit, slope.error_estimate / one.factor)
+            shown = show_in(steep, unit, float(slope.error_estimate) / one.factor)
             parts.append(f"slope at the {place} {shown}" + f" per {one.unit}" * bool(one.unit))
     if size is not None and loss is not None:
         parts += _deviation(record, one, size, loss)
@@ -363,7 +363,7 @@ def _gain(result: Result) -> list[str]:
 # ----------------------------------------------------------------------------
 
 FIND_PREFIX = "find/"
-_DIGITS = 5
+_DIGITS = 4
 #: further solutions that are named
 _MOST = 8
 _MACHINE, _COUNTS = "machine/", "/evaluations"
@@ -383,8 +383,9 @@ def find(result: Result) -> Section | None:
         unit = bound_unit(search, parts["value"].unit)
         ends = (show(*in_unit(parts[name], unit), _DIGITS) if name in parts else "-"
                 for name in ("written", "value"))  # fmt: skip
-        wanted = f"{search['sense']}imum" if search.get("sense") else _number(parts, "wanted")
-        numbers = _number(parts, "ratio"), _number(parts, "reached"), wanted
+        reached, wanted = (_number(parts, name, unit=True) for name in ("reached", "wanted"))
+        wanted = f"{search['sense']}imum" if search.get("sense") else wanted
+        numbers = _number(parts, "ratio"), reached, wanted
         rows.append([str(search["name"]), str(search["key"]), *ends, unit, *numbers])
         below += paragraph(_find_words(result, search, parts), "-")
         pairs = ((record.quantities.get(name.removeprefix(_MACHINE)), one)
@@ -395,10 +396,10 @@ def find(result: Result) -> Section | None:
     if not rows:
         return None
     notes = paragraph(f"no solution for {', '.join(missing)}: see the warnings", "-")
-    notes = notes * bool(missing) + paragraph("all other sections show the case as written", "-")
+    notes = notes * bool(missing) + paragraph("all other sections: the machine of the case", "-")
     details = {"results of each search": together(below, *machines)}
-    heads = ("name", "key", number("written"), number("found"), "unit", number("ratio"),
-             number("reached"), number("wanted"))  # fmt: skip
+    heads = ("name", "key", number("in the case"), number("found"), "unit", number("ratio"),
+             number("result"), number("wanted"))  # fmt: skip
     shown = [path for path in record if path.startswith(FIND_PREFIX)]
     return section("Found values", [[*table(heads, rows), *notes]], details, shown)
 

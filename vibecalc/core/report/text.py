@@ -11,7 +11,7 @@ import numpy as np
 from vibecalc.core.report import pages
 from vibecalc.core.report.brief import fitted, lines_of
 from vibecalc.core.report.defects import survived
-from vibecalc.core.report.headline import Answer, first_table, headline_rows
+from vibecalc.core.report.headline import Answer, first_table, with_limits
 from vibecalc.core.report.sections import (
     magnitudes,
     other,
@@ -179,7 +179,7 @@ def _machine(result: Result) -> str:
     cylinders: Any = table_of(machine, "crank_train").get("cylinders") or ()
     kind = str(machine.get("kind") or "")
     words = (
-        "" if kind == "machine" else kind,
+        "" if kind == "machine" else kind.replace("_", " "),
         many(len(cylinders), "cylinder") if cylinders else "",
         "" if speed is None else f"{show(rpm(speed))} rpm",
     )
@@ -197,7 +197,8 @@ def as_json(
     """The result as a plain object that `json.dumps(..., allow_nan=False)` takes.
 
     `result` is the path of the result file. `headlines` is the first table of the report, in the
-    units that people read. `quantities` has the scalars, a complex one as its
+    units that people read, each with the limit that decides: bounds, utilisation and verdict, None
+    without one. `quantities` has the scalars, a complex one as its
     magnitude, and the lists of the first table (as barred ranges), with `full` all arrays: `value`
     as lists along the `axes`, of what is complex `real` and `imaginary`. What is zero to rounding
     of its terms is 0; what is no larger than its `error` for another reason is not `resolved`. What
@@ -208,7 +209,7 @@ def as_json(
     return {
         "case": result.name,
         "result": None if path is None else str(path),
-        "headlines": [_headline(row) for row in headline_rows(result.record, result.case)],
+        "headlines": [_headline(row) for row in with_limits(result, verdicts_of(result))],
         "quantities": {
             quantity.path: quantity_object(quantity)
             for quantity in result.record.values()
@@ -223,7 +224,10 @@ def as_json(
 def _headline(row: Answer) -> dict[str, Any]:
     """One row of the first table."""
     told = _parts(row, "name value unit where", quantity="path")
-    return told | {"value": 0.0} if row.shown == "0" else told
+    limit = dict.fromkeys(("min", "max", "utilisation", "verdict"))
+    if row.limit is not None:
+        limit = _parts(row.limit, "min max utilisation", verdict="state")
+    return told | ({"value": 0.0} if row.shown == "0" else {}) | limit
 
 
 def quantity_object(quantity: Quantity) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.printed import read_printed, tolerance_of
 from vibecalc.core.results.record import (
+    BARRED,
     KEPT,
     TURN,
     UNDECIDED,
@@ -115,8 +116,27 @@ _SPEED = re.compile(r"\b\w*speed=(\S+) rad/s")
 
 def place_of(row: Verdict) -> str:
     """The worst entry in words, a speed in rpm."""
-    words = _SPEED.sub(lambda found: f"at {show(rpm(float(found[1])))} rpm", row.label)
-    return re.sub(r"(\w+)=", lambda axis: axis[1].replace("_", " ") + " ", words)
+    words = re.sub(r"(\w+)=([^,]*)", _named_entry, _SPEED.sub(_at_speed, row.label))
+    return words.replace(", at ", " at ")
+
+
+def _at_speed(found: re.Match[str]) -> str:
+    return f"at {show(rpm(float(found[1])))} rpm"
+
+
+def _named_entry(found: re.Match[str]) -> str:
+    return entry_in_words(found[1], found[2])
+
+
+def entry_in_words(axis: str, entry: str) -> str:
+    """`mount 1`; an entry that says what it is of stands alone: `elastic coupling`."""
+    name = axis.replace("_", " ")
+    return entry if name in entry.split() else f"{name} {entry}"
+
+
+def state_in_words(row: Verdict) -> str:
+    """The verdict as people read it."""
+    return "barred range" if row.state == BARRED else row.state
 
 
 def bounds_of(row: Verdict, factor: float = 1.0) -> list[str]:

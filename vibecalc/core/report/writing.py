@@ -369,13 +369,18 @@ _DECIMALS = ((4, 0.99995), (2, 99.995), (1, 999.95), (0, 1e4))
 
 
 def show_percent(fraction: float | None) -> str:
-    """A relative difference in percent with its sign, `-` where it is undefined."""
+    """A relative difference in percent with its sign, `-` where it is undefined.
+
+    From a hundredfold on it is the factor between both.
+    """
     if fraction is None or math.isnan(fraction) or math.isinf(fraction):
         return "-"
     percent = 100.0 * fraction
     if abs(percent) < 5e-5:
         return "0.0000 %"
-    if abs(percent) >= 1e4:
+    if percent >= 1e4:
+        return f"factor {show(1.0 + fraction, digits=2)}"
+    if percent <= -1e4:
         return f"{percent:+.1e} %"
     decimals = next(n for n, most in _DECIMALS if abs(percent) < most)
     return f"{percent:+.{decimals}f} %"

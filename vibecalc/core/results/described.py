@@ -1,9 +1,8 @@
-"""Results described by the fields of frozen dataclasses: path, unit and words said once.
+"""Results described by the fields of classes: path, unit and words said once.
 
 A class names its `ROOT`; a result is the field of it, and its path is root and field:
 
-    @dataclass(frozen=True)
-    class Modes:
+    class Modes(Group):
         ROOT: ClassVar[str] = "isolation/modes"
         natural_frequency: Any = q("mode", "rad/s", "undamped natural frequency")
 
@@ -12,8 +11,7 @@ A class names its `ROOT`; a result is the field of it, and its path is root and 
 Families of results that differ in a name are classes below one, each with a `ROOT` of its own and
 the `WORDS` that stand where the entries have names in braces:
 
-    @dataclass(frozen=True)
-    class Energy:
+    class Energy(Group):
         ROOT: ClassVar[str]
         mean: Any = q("", "J", "mean {kind} energy over a turn")
 
@@ -23,24 +21,40 @@ the `WORDS` that stand where the entries have names in braces:
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field, fields
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, dataclass_transform
 
 from vibecalc.core.results.record import READ, Entry, Headline, entry
 
 
-class Group(Protocol):
-    """A frozen dataclass whose fields are results below its root; those not given are None."""
+@dataclass_transform(frozen_default=True)
+class Group:
+    """Results below a root, by field; those not given are None.
+
+    Type checkers treat a group as a frozen dataclass. It is not one, since building the methods of
+    some eighty dataclasses takes a tenth of the start of a run.
+    """
 
     ROOT: ClassVar[str]
-    __dataclass_fields__: ClassVar[dict[str, Any]]
+    WORDS: ClassVar[Mapping[str, str]] = {}
+    #: field -> what is known of it, without its path
+    KNOWN: ClassVar[Mapping[str, Entry]] = {}
+
+    def __init_subclass__(cls) -> None:
+        own = {name: one for name, one in vars(cls).items() if isinstance(one, Entry)}
+        cls.KNOWN = {**cls.KNOWN, **own}
+        for name in own:
+            setattr(cls, name, None)
+
+    def __init__(self, *values: Any, **named: Any) -> None:
+        given = dict(zip(self.KNOWN, values, strict=False)) | named
+        if len(given) < len(values) + len(named) or given.keys() - self.KNOWN.keys():
+            raise TypeError(f"{type(self).__name__} has the fields {', '.join(self.KNOWN)}")
+        vars(self).update(given)
 
 
 def q(axes: str, unit: str, long_name: str, amplitude: str | None = None, **more: Any) -> Any:
     """A result as a field, described as an `entry` is, but for its path."""
-    return field(
-        default=None, metadata={"entry": entry("", axes, unit, long_name, amplitude, **more)}
-    )
+    return entry("", axes, unit, long_name, amplitude, **more)
 
 
 def named(axes: str, unit: str, name: str, amplitude: str | None = None, **more: Any) -> Any:
@@ -58,24 +72,26 @@ def lead(
     pick: str = "largest",
     unless: str = "",
     about: str = "",
+    each: str = "",
     **more: Any,
 ) -> Any:
     """A result that stands in the first table under its name, in the unit that people read.
 
-    `read` is that unit where it is not the usual one, `about` words that the table does without.
+    `read` is that unit where it is not the usual one, `about` words that the table does without;
+    `each` is what one of several entries is called.
     Where the group has a field `X_speed` for a field X, it is the speed at which X is met.
     """
     headline = Headline(name, read or READ.get(unit, unit), pick, unless=unless)
     long_name = f"{name}, {about}" if about else name
-    return q(axes, unit, long_name, amplitude, headline=headline, **more)
+    return q(axes, unit, long_name, amplitude, headline=headline, name=each, **more)
 
 
 def entries_of(*groups: type[Group]) -> Iterator[Entry]:
     """What is known of the results of groups, in the order of their fields."""
     for group in groups:
-        words, names = getattr(group, "WORDS", {}), paths_of(group)
-        for path, one in zip(names, fields(group), strict=True):
-            known: Entry = _filled(one.metadata["entry"], words)
+        names = paths_of(group)
+        for path, one in zip(names, group.KNOWN.values(), strict=True):
+            known: Entry = _filled(one, group.WORDS)
             if known.headline and f"{path}_speed" in names:
                 known = known._replace(headline=known.headline._replace(at=f"{path}_speed"))
             yield known._replace(path=path)
@@ -93,14 +109,13 @@ def _filled(part: Any, words: Mapping[str, str]) -> Any:
 
 def paths_of(group: type[Group], *names: str) -> tuple[str, ...]:
     """Paths of the results of a group: of all, or of some fields."""
-    known = [one.name for one in fields(group)]
-    if unknown := set(names) - set(known):
+    if unknown := set(names) - set(group.KNOWN):
         raise ValueError(f"{group.__name__} has no {', '.join(sorted(unknown))}")
-    return tuple(f"{group.ROOT}/{name}" for name in names or known)
+    return tuple(f"{group.ROOT}/{name}" for name in names or group.KNOWN)
 
 
 def given_in(group: Group) -> Iterator[tuple[str, Any]]:
     """Paths and values of the results that are given."""
-    for one in fields(group):
-        if (value := getattr(group, one.name)) is not None:
-            yield f"{group.ROOT}/{one.name}", value
+    for name in group.KNOWN:
+        if (value := getattr(group, name)) is not None:
+            yield f"{group.ROOT}/{name}", value

@@ -34,8 +34,8 @@ class Headline(NamedTuple):
     the `first` one, the first and the last of many (`ends`), or the lowest three above zero
     (`elastic`). `at` is the path of the speeds,
     or ratios of frequencies, at which the entries are met. Where there is a quantity at `unless`,
-    that says it better. `words` names a function (record, place among the entries), as
-    `package.module:function`, whose words, if any, stand for the entry.
+    that says it better. `words` names a function (record, place among the entries, path),
+    as `package.module:function`, whose words stand for the entry; None for it itself.
     """
 
     name: str

@@ -57,6 +57,8 @@ AXES = {
     "bare_mode": "mode_without_dampers",
     "secondary_damping": _OVER_PRIMARY,
 }
+#: axis of a result -> beginning of an entry of it -> what stands there now
+ENTRIES: dict[str, dict[str, str]] = {"curve": {"own damping ": "absorber damping ratio "}}
 #: field of a stored verdict -> its name now
 VERDICT_FIELDS = {"use": "utilisation"}
 
@@ -125,11 +127,19 @@ def current_axis(name: str) -> str:
     return AXES.get(name, name)
 
 
+def current_entry(axis: str, entry: Any) -> Any:
+    """What an entry of an axis, which is called so now, is called now."""
+    begins = ENTRIES.get(axis, {}) if isinstance(entry, str) else {}
+    old = next((old for old in begins if entry.startswith(old)), None)
+    return entry if old is None else begins[old] + entry.removeprefix(old)
+
+
 def current_where(where: Any) -> Any:
-    """A choice of entries with its axes as they are called now."""
+    """A choice of entries with its axes, and these entries, as they are called now."""
     if not isinstance(where, Mapping):
         return where
-    return {current_axis(axis): entry for axis, entry in where.items()}
+    now = {current_axis(axis): entry for axis, entry in where.items()}
+    return {axis: current_entry(axis, entry) for axis, entry in now.items()}
 
 
 def current_name(path: KeyPath) -> str | None:
@@ -180,6 +190,8 @@ def current_text(path: KeyPath, text: str) -> str:
         return choice
     if path[-1:] == ("axis",):
         return current_axis(text)
+    if path[-2:-1] == ("where",):
+        return str(current_entry(current_axis(str(path[-1])), text))
     if "/" in text:
         return current_path(text)
     return current_key(text) if "." in text and not re.search(r"[\s/]", text) else text

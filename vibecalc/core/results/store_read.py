@@ -28,7 +28,13 @@ from vibecalc.core.results.record import (
     Record,
     Result,
 )
-from vibecalc.core.results.renamed import current_axis, current_case, current_path
+from vibecalc.core.results.renamed import (
+    ENTRIES,
+    current_axis,
+    current_case,
+    current_entry,
+    current_path,
+)
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.text_files import HDF5_BEGINS
 from vibecalc.core.results.verdicts import VERDICTS, from_objects
@@ -193,9 +199,12 @@ def _axis(dataset: Any, path: Path, size: int, position: int, known: dict[Any, A
         )
     scale = dimension[0]
     if scale.id not in known:
+        values = _values(scale, path, size)
+        if name in ENTRIES and values.dtype.kind == "U":
+            values = np.array([current_entry(name, entry) for entry in values.tolist()])
         known[scale.id] = Axis(
             name=name,
-            values=_values(scale, path, size),
+            values=values,
             unit=_text(scale, path, "units"),
             long_name=_text(scale, path, "long_name"),
             run_samples=_integer(scale, path, "run_samples") if "run_samples" in scale.attrs else 0,

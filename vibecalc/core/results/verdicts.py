@@ -163,7 +163,9 @@ def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
         margin = left
         if math.isfinite(left):
             margin = limit - computed if bound.side == "max" else computed - limit
-        share = computed / limit if bound.side == "max" and limit else math.nan
+        # a level is a logarithm, and what may be no more than nothing has no share of it
+        measured = bound.side == "max" and limit > 0.0 and unit != "dB"
+        share = computed / limit if measured else math.nan
         decided_by = _decided_by(result, quantity, where) if state == UNDECIDED else ""
     return Verdict(
         quantity=str(entry["quantity"]),

@@ -7,7 +7,15 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import with_terms
-from vibecalc.isolation.efficiency import by_order, efficiency, is_more, peak, rms
+from vibecalc.isolation.efficiency import (
+    OverCycle,
+    by_order,
+    efficiency,
+    is_more,
+    is_swamped,
+    peak,
+    rms,
+)
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces, OfVector
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
 from vibecalc.numerics.bounded import Bounded, concatenate
@@ -25,6 +33,9 @@ class Ground(NamedTuple):
     load: Bounded
     passing: Callable[[np.ndarray], Bounded]
     natural: np.ndarray
+
+
+_HOW = {"rms": "r.m.s.", "peak": "peak"}
 
 
 def run_efficiency(scene: Scene) -> None:
@@ -64,6 +75,23 @@ def run_efficiency(scene: Scene) -> None:
     scene.emit_all(ByDirection(concatenate(directions), curve), axes)
 
 
+def has_share(scene: Scene, words: str, unit: str, held: OverCycle, ground: Bounded) -> bool:
+    """Whether there is something to isolate that the load on the ground may be compared with.
+
+    A load that nearly cancels is no measure of what reaches the ground: a warning says so.
+    """
+    if not held.value.value > 4.0 * held.rounding:
+        return False
+    if is_swamped(*held, ground):
+        acts, arrives = (f"{float(one.value):.4g} {unit}" for one in (held.value, ground))
+        scene.warn(
+            f"no isolation efficiency, {words}: the load of the rigidly mounted machine nearly "
+            f"cancels, {acts}; the {arrives} on the ground come from its other loads"
+        )
+        return False
+    return True
+
+
 def _emit_vector(
     scene: Scene,
     group: type[OfVector],
@@ -84,8 +112,9 @@ def _emit_vector(
     for name, (first, second) in {"rms": (acting.norm(), arrived.norm()), "peak": peaks}.items():
         results[f"held_{name}"] = with_terms(first.value, first.rounding)
         results[f"ground_{name}"] = with_terms(second.value, second.rounding)
-        # where nothing acts there is nothing to isolate
-        if not first.value.value > 4.0 * first.rounding:
+        words = f"{group.WORDS['what']}, {_HOW[name]}"
+        unit = group.WORDS["unit"].replace("*", " ")
+        if not has_share(scene, words, unit, first, second.value):
             continue
         ratio = second.value / first.value
         results[name] = 1.0 - ratio
@@ -99,4 +128,5 @@ def _emit_vector(
     }
     scene.emit_all(group(**results), axes)
     acts, arrives = (is_more(*one, one.norm().value) for one in (acting, arrived))
+    acts &= ~is_swamped(*acting, arrived.value)
     return efficiency(acting.value, arrived.value, acts, arrives)

@@ -65,8 +65,8 @@ def run_switching(scene: Scene) -> None:
     )
     end = "turns the other way" if options.reverses else "turns on in the same sense"
     scene.cite(
-        "linear run-down, stand and linear run-up",
-        f"the real change: the crank {end} afterwards",
+        "linear run-down, standstill and linear run-up",
+        f"change of operation: the crank {end} afterwards",
         "cf. Ong (2000), chapter 1",
     )
     system, loads = modes_and_loads(scene)

@@ -37,6 +37,8 @@ _LEAST_LEFT = 5e-3
 _PART = 1e-3
 #: of an angular momentum; a few roundings of the sums that it comes from
 _STILL = 16.0 * EPSILON
+#: share of the work moved in a turn up to which that of the motor is rounding
+_IDLE = 64.0 * EPSILON
 
 #: what a reading of a turn may be
 _Read = TypeVar("_Read")
@@ -185,7 +187,6 @@ def numbers_of(solved: MachineTurn) -> dict[str, Value]:
     motor = float(work.motor[0])
     torque = motor / (2.0 * np.pi)
     momentum = float(work.momentum[0])
-    margin = float(need.breakdown[0]) / torque - 1.0 if torque > 0.0 else np.inf
     # works and impulses are what large ones of both signs leave
     rate = turn.weight / turn.crank_speed
     parts = (read.motor_torque, read.gas_torque, read.friction_torque)
@@ -196,6 +197,8 @@ def numbers_of(solved: MachineTurn) -> dict[str, Value]:
     # the momentum that keeps a shell in place is known to about this share
     still = _STILL * abs(momentum) / float(machine.shell_inertia[0])
     pushed = abs(momentum) + float(np.sum(rate * np.abs(read.mount_torque)))
+    # a torque that is rounding of what moves the machine is none
+    margin = float(need.breakdown[0]) / torque - 1.0 if motor > _IDLE * moved else np.inf
     # a margin is as sure as the torque that it is over
     lean = max(moved / motor, 1.0) if motor > 0.0 else 1.0
     values = {

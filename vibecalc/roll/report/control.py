@@ -128,10 +128,10 @@ _COLUMNS = (
     ("level_without", "without\ndB", True),
     ("level", "control\ndB", True),
     ("attenuation", "reduction\ndB", True),
-    ("range/level", "full model\nwithout", True),
-    ("full/level", "full model\ncontrol", True),
-    ("full/attenuation", "full model\nreduction", True),
-    ("full/difference", "full -\nreduced", True),
+    ("range/level", "full model\nwithout dB", True),
+    ("full/level", "full model\ncontrol dB", True),
+    ("full/attenuation", "full model\nreduction dB", True),
+    ("full/difference", "full - reduced\nmodel dB", True),
 )
 #: dB by which the reduced model may be off and still be called the same
 _CLOSE = 0.5

@@ -56,7 +56,7 @@ _STATE = (
     ("mean_slip", "mean slip (% of synchronous speed)"),
     ("largest_slip", "largest slip in a turn"),
     ("mean_torque", "mean torque of the motor"),
-    ("breakdown_margin", "breakdown torque / mean torque - 1"),
+    ("breakdown_margin", "breakdown torque margin, T_max / T_mean - 1"),
     ("shell_drift", "mean speed of the shell"),
     ("angular_momentum", "angular momentum about the crank axis"),
 )
@@ -204,8 +204,8 @@ _LEVELS = Rows(
         ("motor_torque", "motor torque\nN*m"),
     ),
     right=True,
-    note="amplitudes 0-to-peak, levels dB re 1 of the unit; lag phi in C cos(n W t - phi), t = 0 "
-    "at crank angle 0",
+    note="amplitudes 0-to-peak; levels dB re 1 rad/s^2 and 1 N*m; lag phi: C cos(n W t - phi), "
+    "t = 0 at crank angle 0",
 )
 _MORE = Rows(
     "order", "order",

@@ -22,12 +22,12 @@ from vibecalc.units import convert
 
 _STEM = "response/start_up/"
 _PEAKS = (
-    ("shell_angle", "angle of the shell"),
-    ("shell_acceleration", "acceleration of the shell"),
+    ("shell_angle", "roll of the shell"),
+    ("shell_acceleration", "roll acceleration of the shell"),
     ("rotor_acceleration", "acceleration of the rotor"),
     ("crank_speed", "speed of the crank"),
-    ("motor_torque", "torque of the motor"),
-    ("mount_torque", "torque of the mounts"),
+    ("motor_torque", "motor torque"),
+    ("mount_torque", "mount torque"),
 )
 _WORK = (
     ("motor", "by motor"),
@@ -95,7 +95,7 @@ def _steady(record: Record) -> list[str]:
     half = 0.5 * float(np.ptp(cycle.values))
     rows = [
         ["mean speed", "rpm", show(rpm(float(speeds.values[-1]))), show(rpm(mean))],
-        ["half range of the shell", last.unit, show(last.values[-1], digits=_DIGITS),
+        ["half range of the shell acceleration", last.unit, show(last.values[-1], digits=_DIGITS),
          show(half, digits=_DIGITS)],
     ]  # fmt: skip
     columns = (Column("final state"), Column("unit"), number("last turn"),

@@ -148,6 +148,14 @@ def coupling_readings(setup: Setup, names: Sequence[str] = ("use",)) -> dict[str
     return {name: one for name, one in found.items() if len(one.place)}
 
 
+def _known(setup: Setup, name: str) -> tuple[IntArray, dict[str, Any]]:
+    """The couplings of which a value is known, all but of temperatures, and axes of that."""
+    couplings = setup.shaft.couplings
+    known = [one.temperature > 0.0 or name != "temperature" for one in couplings]
+    names = tuple(one.name for one, there in zip(couplings, known, strict=True) if there)
+    return np.flatnonzero(known), {"coupling": names}
+
+
 def _axes(setup: Setup) -> dict[str, Any]:
     limits = Borne(setup, "use").limits
     names = tuple(one.name for one in setup.shaft.couplings)
@@ -161,10 +169,11 @@ def _axes(setup: Setup) -> dict[str, Any]:
 
 def emit_couplings(scene: Scene, setup: Setup, motion: Motion) -> None:
     """Torques, heat, temperature, stiffness and use of the limits at the operating speed."""
-    axes = _axes(setup)
     found = {name: Borne(setup, name).of(motion)[0] for name in VALUES}
     for name, value in found.items():
-        scene.emit(f"{COUPLING}/{name}", value, axes=axes)
+        place, axes = _known(setup, name)
+        if len(place):
+            scene.emit(f"{COUPLING}/{name}", value[place], axes=axes)
     _warn_of_rows(scene, setup, found)
     _emit_values(scene, setup)
     emit_uses(scene, COUPLING, [motion], {})
@@ -218,11 +227,15 @@ def emit_coupling_speeds(scene: Scene, setup: Setup, search: Search) -> None:
     axes = {**_axes(setup), "speed": search.speed}
     for name in VALUES:
         curve = search.bounded_curves(f"coupling {name}")
-        scene.emit(f"{COUPLING}/speeds/{name}", curve.T, axes=axes)
+        place, own = _known(setup, name)
+        if not len(place):
+            continue
+        axes_of = {**own, "speed": search.speed}
+        scene.emit(f"{COUPLING}/speeds/{name}", curve.T[place], axes=axes_of)
         if name in LARGEST:
-            top = _top(search, f"coupling {name}")
-            scene.emit(f"{COUPLING}/largest/{name}", top.value[0], axes=axes)
-            scene.emit(f"{COUPLING}/largest/{name}_speed", top.speed[0], axes=axes)
+            top = _top(search, f"coupling {name}").of(0)
+            scene.emit(f"{COUPLING}/largest/{name}", top.value[place], axes=own)
+            scene.emit(f"{COUPLING}/largest/{name}_speed", top.speed[place], axes=own)
     if "coupling use" in search.columns:
         shape = (-1, len(axes["coupling_limit"]), len(search.speed))
         use = reshaped(search.bounded_curves("coupling use").T, lambda one: one.reshape(shape))

@@ -193,6 +193,8 @@ def beyond(setup: Setup, highest_speed: float) -> BoolArray:
     the highest order. Above it is where the next order, which the case leaves out, would be nearer.
     """
     natural, order = setup.natural(), setup.drive.order
+    if not (np.any(setup.drive.fires) or setup.drive.given):  # a step in time alone
+        return np.ones(len(natural.frequency), dtype=bool)
     step = order[-1] - order[-2] if len(order) > 1 else order[-1]
     above = natural.frequency > (order[-1] + 0.5 * step) * highest_speed
     return np.asarray(natural.silent | above)

@@ -10,15 +10,15 @@ from vibecalc.excitation.cylinder_torque import (
     major_orders,
     order_ranks,
     phase_sums,
-    phasor,
 )
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.kinematics.slider_crank import stroke
 from vibecalc.numerics.bounded import Bounded, rounded
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
-from vibecalc.torsion.adapters.modes import natural_uncertainty
-from vibecalc.torsion.adapters.setup import Setup, placed
-from vibecalc.torsion.holzer import ShapeUncertainty, uncertainty_of
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
+from vibecalc.torsion.adapters.modes import ModeCopies
+from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.damped_modes import LineModes
+from vibecalc.torsion.modes import Modes
 from vibecalc.torsion.results import ROOT
 
 PLACE = f"{ROOT}/excitation"
@@ -26,6 +26,7 @@ CURVES = tuple(
     f"{PLACE}/{name}"
     for name in ("pressure", "gas_torque", "inertia_torque", "total_torque", "engine_torque")
 )
+SUMS = (f"{PLACE}/vector_sum", f"{PLACE}/rank")
 #: a mode that moves the cylinders by less than this of its largest angle has no vector sums
 STILL = 1e-5
 #: Pa; a mean indicated pressure beyond it gets a sentence
@@ -34,12 +35,12 @@ HIGHEST_MEAN = 8e6
 STEPS = 360
 
 
-def emit_excitation(scene: Scene, setup: Setup) -> None:
+def emit_excitation(scene: Scene, setup: Setup, moved: ModeCopies) -> None:
     """What one cylinder and all of them do at the operating speed."""
     drive, speed = setup.drive, setup.speed
     if not drive.firing.names:
         _stations(scene, setup)
-        _intensity(scene, setup)
+        _intensity(scene, setup, moved)
         return
     if scene.wants(*CURVES):
         _over_the_cycle(scene, setup)
@@ -58,7 +59,7 @@ def emit_excitation(scene: Scene, setup: Setup) -> None:
         f"{PLACE}/firing_angle", drive.firing.angle, 8.0 * EPSILON * drive.firing.cycle, axes
     )
     _stations(scene, setup)
-    _sums(scene, setup)
+    _sums(scene, setup, moved)
     scene.cite(
         "Gauss quadrature of the pressure card with the exact slider-crank, inertia by its series",
         "torque harmonics of a cylinder at half orders",
@@ -144,31 +145,25 @@ def _stations(scene: Scene, setup: Setup) -> None:
     scene.emit(f"{PLACE}/station_torque", by_station, np.max(torque.error, initial=0.0), axes)
 
 
-def _sums(scene: Scene, setup: Setup) -> None:
-    drive, modes = setup.drive, setup.natural()
-    axes = {"mode": np.arange(1, len(modes.frequency) + 1), "order": drive.order}
-    every = modes.shape if modes.damped else modes.shape.real
-    shape = every[:, setup.shaft.cylinder_freedom]
-    sums = phase_sums(shape, drive.firing.angle, drive.order)
-    whole = np.abs(shape).sum(axis=1, keepdims=True)
-    still = (whole < STILL) | ~drive.fires
-    whole = np.where(still, 1.0, whole)
-    value = np.where(still, 0.0, sums.value / whole)
-    moved, freedom = natural_uncertainty(setup), setup.shaft.cylinder_freedom
-    turned: ComplexArray = np.asarray(phasor(drive.order, drive.firing.angle)[None])
-    length = np.abs(shape)
-    towards = (shape / np.where(length > 0.0, length, 1.0)).conj()[:, None, :]
-    share: ComplexArray = np.asarray(value[..., None] * towards, dtype=np.complex128)
-    if modes.damped:  # their lengths move by a part only of what their angles do
-        uncertainty = sums.error + _on_freedoms(moved, turned, freedom)
-        uncertainty = uncertainty + _on_freedoms(moved, share, freedom)
-    else:
-        # what grows all cylinders alike leaves the share that is left of their sum
-        uncertainty = sums.error + _on_freedoms(moved, turned - share, freedom)
-    uncertainty = np.where(still, 0.0, uncertainty / whole)
-    scene.emit(f"{PLACE}/vector_sum", value, uncertainty, axes)
-    scene.emit(f"{PLACE}/rank", order_ranks(value, uncertainty), 0.0, axes)
-    _intensity(scene, setup)
+def _sums(scene: Scene, setup: Setup, moved: ModeCopies) -> None:
+    drive, freedom = setup.drive, setup.shaft.cylinder_freedom
+    axes = {"mode": np.arange(1, len(setup.natural().frequency) + 1), "order": drive.order}
+    if scene.wants(*SUMS):
+        still = np.abs(setup.natural().shape[:, freedom]).sum(axis=1, keepdims=True) < STILL
+        still = still | ~drive.fires
+
+        def summed(one: Modes | LineModes) -> tuple[ComplexArray, FloatArray]:
+            """Sums over those of all in phase, and what rounds these (m, q)."""
+            shape = one.shape[:, freedom]
+            sums = phase_sums(shape, drive.firing.angle, drive.order)
+            whole = np.where(still, np.inf, np.abs(shape).sum(axis=1, keepdims=True))
+            return np.asarray(sums.value / whole), np.asarray(sums.error / whole)
+
+        value, rounding = moved.of(summed)
+        uncertainty = value.error + rounding.value
+        scene.emit(SUMS[0], value.value, uncertainty, axes)
+        scene.emit(SUMS[1], order_ranks(value.value, uncertainty), 0.0, axes)
+    _intensity(scene, setup, moved)
     angles = drive.firing.angle, drive.order, drive.firing.bank
     major = drive.fires & major_orders(*angles)
     scene.emit(f"{PLACE}/major", major.astype(np.int64), 0.0, axes)
@@ -176,20 +171,13 @@ def _sums(scene: Scene, setup: Setup) -> None:
         scene.emit(f"{PLACE}/bank_factor", *bank_factor(*angles), axes)
 
 
-def _intensity(scene: Scene, setup: Setup) -> None:
+def _intensity(scene: Scene, setup: Setup, moved: ModeCopies) -> None:
     """Torque of each order on each mode."""
-    drive, modes = setup.drive, setup.natural()
-    axes = {"mode": np.arange(1, len(modes.frequency) + 1), "order": drive.order}
-    every = modes.shape if modes.damped else modes.shape.real
+    path, drive = f"{PLACE}/intensity", setup.drive
+    if not scene.wants(path):
+        return
+    axes = {"mode": np.arange(1, len(setup.natural().frequency) + 1), "order": drive.order}
     torque = drive.torque(np.array([setup.speed]))[0]
-    intensity = every[:, drive.freedom] @ torque.T
-    off = _on_freedoms(natural_uncertainty(setup), torque.value, drive.freedom)
-    scene.emit(f"{PLACE}/intensity", intensity.value, intensity.error + off, axes)
-
-
-def _on_freedoms(
-    uncertainty: ShapeUncertainty, weight: ComplexArray, freedom: IntArray
-) -> FloatArray:
-    """Errors (m, q) of sums of the angles of cylinders, with weights (..., q, c)."""
-    place = placed(freedom, uncertainty.moved.shape[1] - 1)
-    return uncertainty_of(uncertainty, weight @ place)
+    intensity = moved.of(lambda one: one.shape[:, drive.freedom] @ torque.value.T)
+    off = np.abs(setup.natural().shape[:, drive.freedom]) @ torque.errors.T
+    scene.emit(path, intensity.value, intensity.error + off, axes)

@@ -96,8 +96,12 @@ def emit_limits(scene: Scene, setup: Setup, search: Search, speed: FloatArray) -
     ratios = [_speed(one) * by for one, by in zip(tops, rated, strict=True)]
     table.emit("each/speed_ratio", ratios)
     _crank(table, [load for load, *_ in columns], "acceptability")
-    ranges = [exceeded_of(setup, search, number, bound) for number, bound in enumerate(asked)]
-    emit_barred(scene, ranges, setup.speed)
+    ranges = [exceeded_of(search, number, bound) for number, bound in enumerate(asked)]
+    if emit_barred(scene, ROOT, ranges, setup.speed):
+        scene.warn(
+            "a limit for continuous operation is exceeded in a range around the operating "
+            "speed: it cannot be barred, and the line is not acceptable there"
+        )
 
 
 def _speed(top: Top) -> Bounded:
@@ -191,7 +195,7 @@ def emit_uses(
     """In conditions (c,), the `motions` at the operating speed, and over those of a `search`.
 
     Without an axis of conditions in `axes` those of the only one, and those of the operating speed
-    only `here`.
+    only `here`. With a search also the ranges above the limits.
     """
     lines = [one.setup for one in motions]
     held = [bounds(one) for one in lines]
@@ -236,6 +240,10 @@ def emit_uses(
     put("speed", speed)
     element("", np.stack([at for at, _ in best], axis=-1), speed.value)
     put("unbarred_utilisation", stack(unbarred))
+    ranges = [exceeded_of(search, number, bound, line)
+              for line, own in enumerate(held) for number, bound in enumerate(own)]  # fmt: skip
+    count = len(lines) if "condition" in axes else 0
+    emit_barred(scene, place.removesuffix("/limit"), ranges, lines[0].speed, count)
 
 
 # ----------------------------------------------------------------------------
@@ -338,20 +346,29 @@ class ExceededRanges(NamedTuple):
     permitted: IntArray
 
 
-def exceeded_of(setup: Setup, search: Search, number: int, bound: Bound) -> ExceededRanges:
-    """Ranges above a limit, from the samples of its use and the largest of each load."""
-    columns = search.columns[f"use {number}"]
-    use, speed = search.samples[search.clear][:, columns], search.pairs.imag[search.clear]
-    top, undamped = search.top(f"use {number}").of(0), search.undamped_at
+def exceeded_of(search: Search, number: int, bound: Bound, line: int = 0) -> ExceededRanges:
+    """Ranges of a line above a limit, from the samples of its use and the largest of each load."""
+    setup, columns = search.lines[line], search.columns[f"use {number}"]
+    own = search.clear & (search.pairs.real == line)
+    use, speed = search.samples[own][:, columns], search.pairs.imag[own]
+    top, undamped = search.top(f"use {number}").of(line), search.undamped_at
+    if np.all(top.value.value <= 1.0):
+        none = np.zeros(0)
+        return ExceededRanges(*5 * (none,), np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
+    first, most = line * search.count + columns.start, np.max(use, axis=1, initial=0.0)
 
     def value(row: IntArray, where: FloatArray) -> FloatArray:
-        return search.value(row + columns.start, where)
+        return search.value(row + first, where)
 
     def excess(at: FloatArray) -> FloatArray:
-        found = use_of.of(Motion(setup, at)).value
-        return np.asarray(np.max(found, axis=1, initial=0.0) - 1.0)
+        place = np.minimum(np.searchsorted(speed, at), len(speed) - 1)
+        found, new = most[place], np.flatnonzero(speed[place] != at)
+        if len(new):
+            there = use_of.of(Motion(setup, at[new])).value
+            found[new] = np.max(there, axis=1, initial=0.0)
+        return np.asarray(found - 1.0)
 
-    use_of = search.readings[0][f"use {number}"]
+    use_of = search.readings[line][f"use {number}"]
     # maxima that may exceed the limit between the speeds, or are the largest of a range
     inside = use[1:-1]
     high = (inside > use[:-2]) & (inside >= use[2:]) & (inside >= RIVAL)
@@ -400,20 +417,27 @@ def _at_corner(at: FloatArray, corners: FloatArray) -> FloatArray:
     return at
 
 
-def emit_barred(scene: Scene, ranges: list[ExceededRanges], speed: float) -> None:
+def emit_barred(
+    scene: Scene, root: str, ranges: list[ExceededRanges], speed: float, conditions: int = 0
+) -> bool:
     """Ranges above each limit, in the order of the limits, and what is barred for all of them.
 
-    No range may be that holds the operating `speed` in rad/s.
+    Those of so many `conditions` follow each other, and what is barred is barred in any of them.
+    No range may be that holds the operating `speed` in rad/s; tells whether one does.
     """
-    place = f"{ROOT}/exceeded"
+    place = f"{root}/exceeded"
     start, end, error, peak, peak_error, rule, permitted = (
         np.concatenate(part) for part in zip(*ranges, strict=True)
     )
-    number = np.repeat(np.arange(1, len(ranges) + 1), [len(one.start) for one in ranges])
+    many = [len(one.start) for one in ranges]
+    condition, number = np.divmod(np.repeat(np.arange(len(ranges)), many),
+                                  len(ranges) // (conditions or 1))  # fmt: skip
     axes = {"exceeded": np.arange(1, len(start) + 1)}
+    if conditions:
+        scene.emit(f"{place}/condition", condition + 1, 0.0, axes)
     scene.emit(f"{place}/from", start, error, axes)
     scene.emit(f"{place}/to", end, error, axes)
-    scene.emit(f"{place}/limit", number, 0.0, axes)
+    scene.emit(f"{place}/limit", number + 1, 0.0, axes)
     peak_error = peak_error + 4.0 * EPSILON * peak
     scene.emit(f"{place}/peak_speed", peak, peak_error, axes)
     # the ends move by at most 9/8 of what the peak does
@@ -432,16 +456,12 @@ def emit_barred(scene: Scene, ranges: list[ExceededRanges], speed: float) -> Non
         ("from", [np.min(lower[group]) for group in joined]),
         ("to", [np.max(upper[group]) for group in joined]),
     ):
-        scene.emit(f"{ROOT}/barred/{name}", np.array(value), off_of, axes)
+        scene.emit(f"{root}/barred/{name}", np.array(value), off_of, axes)
     allowed = np.array([np.min(permitted[group]) for group in joined], dtype=np.int64)
     held = [np.min(lower[group]) <= speed <= np.max(upper[group]) for group in joined]
     allowed = np.where(np.array(held, dtype=bool), 0, allowed)
-    scene.emit(f"{ROOT}/barred/permitted", allowed, 0.0, axes)
-    if any(held):
-        scene.warn(
-            "a limit for continuous operation is exceeded in a range around the operating "
-            "speed: it cannot be barred, and the line is not acceptable there"
-        )
+    scene.emit(f"{root}/barred/permitted", allowed, 0.0, axes)
+    return any(held)
 
 
 def united(lower: FloatArray, upper: FloatArray) -> list[IntArray]:

@@ -1,27 +1,22 @@
 """Natural frequencies and damping of a shaft line, shapes, Holzer tables, Campbell diagram."""
 
-from functools import partial
+from collections.abc import Callable
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.numerics.bounded import rounded
+from vibecalc.numerics.errors import copies, spread
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
-from vibecalc.torsion.adapters.setup import Setup, line_modes, undamped_modes
+from vibecalc.torsion.adapters.setup import Setup, line_modes, undamped_modes, vibrating_modes
 from vibecalc.torsion.asked import has_damped_rings, has_holzer, has_loops
 from vibecalc.torsion.damped_modes import LineModes, poles_of_modes
-from vibecalc.torsion.holzer import (
-    Angles,
-    ShapeUncertainty,
-    angle_uncertainty,
-    holzer_rows,
-    holzer_table,
-    measured,
-    shape_uncertainty,
-    uncertainty_of,
-)
-from vibecalc.torsion.line import Line, hand_over, lines_of
+from vibecalc.torsion.holzer import holzer_rows, holzer_table
+from vibecalc.torsion.line import Line, lines_of
+from vibecalc.torsion.modes import Modes
 from vibecalc.torsion.modes_of_tree import riccati_frequencies
 from vibecalc.torsion.results import ROOT
 
@@ -31,9 +26,52 @@ from vibecalc.torsion.results import ROOT
 
 PLACE = f"{ROOT}/modes"
 TRANSFER = f"{PLACE}/transfer_matrix_frequency"
+#: results of the shapes
+SHAPES = tuple(
+    f"{PLACE}/{name}" for name in ("shape", "ring_shape", "modal_inertia", "strain_energy_share")
+)
+#: freedoms of a line whose modes take so long that fewer copies have to do, and how many
+LONG, FEW = 100, 2
 
 
-def emit_modes(scene: Scene, setup: Setup) -> None:
+class ModeCopies:
+    """Modes of a line at its operating speed, and of copies of it moved by their last bits.
+
+    What follows from its shapes is as uncertain as it moves with these.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+
+    @cached_property
+    def undamped(self) -> list[Modes]:
+        """Of the line without damping, rings free."""
+        return [self.setup.modes, *(undamped_modes(one, self.setup.speed) for one in self._models)]
+
+    @cached_property
+    def natural(self) -> list[Modes] | list[LineModes]:
+        """Of the line as it vibrates: real where they are the undamped ones."""
+        natural = self.setup.natural()
+        if not natural.damped:
+            return self.undamped
+        swings = natural.frequency > 0.0
+        near = natural.pole[swings], natural.shape[swings].T
+        return [natural, *(vibrating_modes(one, self.setup.speed, near) for one in self._models)]
+
+    @cached_property
+    def _models(self) -> list[Any]:
+        model = self.setup.model
+        moved = copies(model.line, model.speed_stiffness)[1:]
+        if model.line.inertia.shape[-1] > LONG:
+            moved = moved[:FEW]
+        return [model._replace(line=line, speed_stiffness=added) for line, added in moved]
+
+    def of(self, function: Callable[[Any], Any]) -> Any:
+        """What a function gives of the modes of the line as it vibrates, with its errors."""
+        return spread([function(one) for one in self.natural])
+
+
+def emit_modes(scene: Scene, setup: Setup, moved: ModeCopies) -> None:
     """The modes at the operating speed: of the line as it vibrates, and undamped where they differ.
 
     Where a damper makes them differ, Holzer's tables and the second way are of the undamped ones.
@@ -57,25 +95,10 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
         "section": shaft.section_names,
         "damper": tuple(one.name for one in shaft.dampers),
     }
-    ring = [one.ring for one in shaft.dampers]
-    uncertainty = natural_uncertainty(setup)
     scene.emit(f"{PLACE}/natural_frequency", natural.frequency, natural.frequency_error, axes)
     scene.emit(f"{PLACE}/frequency_error", natural.frequency_error, 0.0, axes)
-    angle = natural.shape if natural.damped else undamped.shape
-    shape = Bounded(angle, angle_uncertainty(uncertainty))
-    for name, freedom, turned in (
-        ("shape", shaft.freedom, shaft.station_ratio),
-        ("ring_shape", np.array(ring, dtype=np.int64), shaft.freedom_ratio[ring]),
-    ):
-        if len(freedom):
-            turned_shape = shape[:, freedom] * rounded(turned, 2.0)
-            scene.emit(f"{PLACE}/{name}", turned_shape, axes=axes)
-    inertia = np.abs(angle) ** 2 @ line.inertia if natural.damped else undamped.modal_inertia
-    moved = uncertainty_of(uncertainty, 2.0 * (angle.conj() * line.inertia)[:, None, :])[:, 0]
-    scene.emit(f"{PLACE}/modal_inertia", inertia, moved + 8.0 * EPSILON * inertia, axes)
-    own = setup.model.at(setup.speed, natural.frequency)
-    share = _strain(own, angle, natural.frequency > 0.0, uncertainty)
-    scene.emit(f"{PLACE}/strain_energy_share", share, axes=axes)
+    if scene.wants(*SHAPES):
+        _emit_shapes(scene, setup, moved, axes)
     _emit_ratios(scene, setup, natural)
     undamped_axes = {"mode": np.arange(1, len(undamped.frequency) + 1)}
     if natural.damped or has_damped_rings(scene.case):
@@ -85,7 +108,7 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
         other = _by_transfer(setup)
         error = undamped.frequency_error + 4.0 * EPSILON * other
         scene.emit(TRANSFER, other, error, undamped_axes)
-    emit_holzer(scene, setup, line, _undamped_uncertainty(setup) if natural.damped else uncertainty)
+    emit_holzer(scene, setup, line, moved)
     scene.cite(
         "qd algorithm and twisted factorisation of the shaft line; mode counts for branches",
         "natural frequencies and mode shapes to full precision",
@@ -99,17 +122,21 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     )
 
 
-def natural_uncertainty(setup: Setup) -> ShapeUncertainty:
-    """Errors of the shapes of the line as it vibrates at the operating speed."""
-    natural = setup.natural()
-    if not natural.damped:
-        return _undamped_uncertainty(setup)
-    line = setup.model.at(setup.speed, natural.frequency)
-    return shape_uncertainty(line, natural, setup.model.stations)
-
-
-def _undamped_uncertainty(setup: Setup) -> ShapeUncertainty:
-    return shape_uncertainty(setup.model.at(setup.speed, setup.modes.frequency), setup.modes)
+def _emit_shapes(scene: Scene, setup: Setup, moved: ModeCopies, axes: dict[str, Any]) -> None:
+    """Angles of stations and rings, inertias and strain energies of the line as it vibrates."""
+    shaft, frequency = setup.shaft, setup.natural().frequency
+    ring = [one.ring for one in shaft.dampers]
+    shape = moved.of(lambda one: one.shape)
+    for path, freedom, turned in (
+        (SHAPES[0], shaft.freedom, shaft.station_ratio),
+        (SHAPES[1], np.array(ring, dtype=np.int64), shaft.freedom_ratio[ring]),
+    ):
+        if len(freedom):
+            scene.emit(path, shape[:, freedom] * rounded(turned, 2.0), axes=axes)
+    line, moving = setup.model.at(setup.speed, frequency), frequency > 0.0
+    inertia = moved.of(lambda one: np.abs(one.shape) ** 2 @ line.inertia)
+    scene.emit(SHAPES[2], inertia, axes=axes)
+    scene.emit(SHAPES[3], moved.of(lambda one: _strain(line, one.shape, moving)), axes=axes)
 
 
 def _by_transfer(setup: Setup) -> FloatArray:
@@ -143,38 +170,13 @@ def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
     scene.emit(path, ratio, turned + 8.0 * EPSILON * np.abs(ratio), axes, terms=1.0)
 
 
-#: weights (modes, elements, freedoms) of strain energies that are held at once
-_WEIGHTS = 1 << 18
-
-
-def _strain(
-    line: Line, shape: FloatArray | ComplexArray, moves: BoolArray, uncertainty: ShapeUncertainty
-) -> Bounded:
+def _strain(line: Line, shape: FloatArray | ComplexArray, moves: BoolArray) -> FloatArray:
     """Share (m, e) of each element in the strain energy, 0 in a rigid mode."""
     twist = shape[:, line.first] - shape[:, line.second]
     energy = line.stiffness * np.abs(twist) ** 2
     total = energy.sum(axis=1) + np.abs(shape) ** 2 @ line.ground_stiffness
     moving = moves & (total > 0.0)
-    safe = np.where(moving, total, 1.0)[:, None]
-    share = np.where(moving[:, None], energy / safe, 0.0)
-    # d share = (d energy - share d total) / total
-    torque = 2.0 * line.stiffness * twist.conj() / safe
-    whole = 2.0 * line.ground_stiffness * shape.conj() / safe
-    hand_over(whole.T, line, -torque.T)
-    # the length of the weights of all angles, where no more than a bound of these is known
-    along = torque.conj() * (whole[:, line.first] - whole[:, line.second])
-    square = 2.0 * np.abs(torque) ** 2 - 2.0 * share * along.real
-    square += share**2 * np.sum(np.abs(whole) ** 2, axis=1, keepdims=True)
-    off = uncertainty.bound[:, None] * np.sqrt(np.maximum(square, 0.0))
-    if uncertainty.moved.shape[-1]:
-        ends = np.eye(shape.shape[1])[line.first] - np.eye(shape.shape[1])[line.second]
-        together = max(1, _WEIGHTS // ends.size)
-        for start in range(0, len(share), together):
-            some = slice(start, start + together)
-            weight = torque[some, :, None] * ends - share[some, :, None] * whole[some, None, :]
-            off[some] = uncertainty_of(uncertainty.of(some), weight)
-    off = off + 8.0 * EPSILON * share
-    return Bounded(share, np.where(moving[:, None], off, 0.0))
+    return np.where(moving[:, None], energy / np.where(moving, total, 1.0)[:, None], 0.0)
 
 
 # ----------------------------------------------------------------------------
@@ -186,11 +188,9 @@ PLACES = tuple(
 )
 #: a first row that moves less than this of the largest angle is no measure for the others
 _STILL = 1e-6
-#: times the largest difference of two ways to the torques of a mode
-MANY = 4.0
 
 
-def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncertainty) -> None:
+def emit_holzer(scene: Scene, setup: Setup, line: Line, moved: ModeCopies) -> None:
     """Angles and torques of each mode from its shape, what the recurrence leaves at the end.
 
     The recurrence loses digits in a row where a mode fades, the shapes keep them.
@@ -204,41 +204,31 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
         "mode": np.arange(1, len(modes.frequency) + 1),
         "freedom": tuple(setup.shaft.freedom_names[place] for place in rows.freedom),
     }
-    shape = modes.shape[:, rows.freedom]
-    first = shape[:, :1]
-    size = np.abs(shape).max(axis=1, keepdims=True, initial=0.0)
-    still = np.abs(first) <= np.maximum(_STILL * size, 4.0 * modes.shape_error[:, None])
-    unit = np.where(still, 1.0, first)
-    angle = shape / unit
-    common = modes.shape_error[:, None] / np.abs(unit)  # of the first row
-    turned = Bounded(angle, common * np.hypot(1.0, angle))
-    ground = line.ground_stiffness[rows.freedom]
-    inertia_w2 = modes.frequency[:, None] ** 2 * line.inertia[rows.freedom]
-    inertial = rounded(inertia_w2, 16.0) * turned
-    total, total_error = inertial - ground * turned
-    for row, below in enumerate(rows.below[:-1]):
-        total[:, below] += total[:, row]
-        # without a common sign
-        total_error[:, below] = np.hypot(total_error[:, below], total_error[:, row])
-    # where the torques of the shafts agree with those of the inertias they are better than that
-    twist = angle[:, :-1] - angle[:, rows.below[:-1]]
-    apart = np.abs(total[:, :-1] - rows.stiffness * twist).max(axis=1, keepdims=True, initial=0.0)
-    closing = MANY * apart + (8.0 * EPSILON + common) * np.abs(total)
-    total_error = np.where(np.any(ground), total_error, np.minimum(total_error, closing))
-    errors = [turned.error, inertial.error, total_error]
-    if uncertainty.moved.shape[-1]:
-        table = Angles(line, rows, unit, still, angle, inertia_w2)
-        errors = [
-            np.minimum(*both) for both in zip(errors, measured(table, uncertainty), strict=True)
-        ]
+    shape = np.abs(modes.shape[:, rows.freedom])
+    size = shape.max(axis=1, keepdims=True, initial=0.0)
+    still = shape[:, :1] <= np.maximum(_STILL * size, 4.0 * modes.shape_error[:, None])
+    inertia, ground = line.inertia[rows.freedom], line.ground_stiffness[rows.freedom]
+
+    def table(one: Modes) -> tuple[FloatArray, ...]:
+        """Angles, torques of the inertias and their sums (m, r)."""
+        shape = one.shape[:, rows.freedom]
+        angle = shape / np.where(still, 1.0, shape[:, :1])
+        inertial = one.frequency[:, None] ** 2 * inertia * angle
+        total = inertial - ground * angle
+        for row, below in enumerate(rows.below[:-1]):
+            total[:, below] += total[:, row]
+        return angle, inertial, total
+
+    found = spread([table(one) for one in moved.undamped])
+    total = found[-1]
     try:
         left = holzer_table(own, modes.frequency).sum_torque[:, -1]
     except NumericalFailure:  # a branch that swings alone: what the shapes leave
-        left = total[:, -1]
-    for path, value, error in zip(PLACES, (angle, inertial.value, total), errors, strict=False):
-        scene.emit(path, value, error, axes)
+        left = total.value[:, -1]
+    for path, value in zip(PLACES, found, strict=False):
+        scene.emit(path, value, axes=axes)
     # at a natural frequency nothing is left
-    scene.emit(PLACES[3], left, np.abs(left) + errors[2][:, -1], axes)
+    scene.emit(PLACES[3], left, np.abs(left) + total.error[:, -1], axes)
     scene.cite(
         "Holzer's table at the natural frequencies",
         "angles and torques of each mode",

@@ -47,8 +47,10 @@ from vibecalc.torsion.forced import (
 from vibecalc.torsion.line import Line, mapped
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
+from vibecalc.torsion.poles import guesses
 from vibecalc.torsion.speed_damping import SpeedDamping, turning
 from vibecalc.torsion.station_torques import (
+    ALONE,
     Harmonic,
     Orders,
     columns,
@@ -190,8 +192,10 @@ def build_drive(
     harmonics: list[Harmonic] = []
     if line is not None and line.excitations:
         harmonics = given_harmonics(case, shaft, lambda at: drive.mean_torque(at).value.sum(1))
-    every = columns(engine, [one.of for one in harmonics], case.machine.speed)
-    given = [one.of.station for one in harmonics]
+    alone = not len(engine) and not harmonics  # a step in time: order 1 of nothing
+    acting = ALONE if alone else engine
+    every = columns(acting, [one.of for one in harmonics], case.machine.speed)
+    given = [shaft.load_station] * alone + [one.of.station for one in harmonics]
     station = distinct([*shaft.cylinder_station.tolist(), *given]).astype(np.int64)
     fires = np.any(every.order[:, None] == engine, axis=1) & (every.fixed == 0.0)
 
@@ -352,6 +356,11 @@ class Model(NamedTuple):
         each = (line.inertia, line.stiffness, line.damping, line.loss_factor)
         return max(len(one) if one.ndim > 1 else 0 for one in each)
 
+    @property
+    def by_frequency(self) -> bool:
+        """Whether some coupling depends on the frequency."""
+        return self.couplings is not None and self.couplings.by_frequency
+
     def of(self, machine: IntArray) -> "Model":
         """Some of many machines (...), for frequencies (..., m): each entry may be another one."""
         if not self.machines:
@@ -487,14 +496,21 @@ def line_modes(torsion: Torsion, model: Model, modes: Modes, speed: float) -> Li
     failure = ""
     line = model.at(speed, modes.frequency)
     if torsion.damping_model is None and moves_modes(line, modes):
-        rings = len(line.inertia) - model.stations
         try:
-            if model.couplings is not None and model.couplings.by_frequency:
-                return damped_line_modes(model.at(speed), rings, partial(model.at, speed))
-            return damped_line_modes(model.at(speed), rings, modes=modes)
+            guess = None if model.by_frequency else guesses(model.at(speed), modes)
+            return vibrating_modes(model, speed, guess)
         except NumericalFailure as problem:
             failure = str(problem)
     return undamped_line_modes(modes, damping_ratios(model, modes, speed), failure)
+
+
+def vibrating_modes(
+    model: Model, speed: float, guess: tuple[ComplexArray, ComplexArray] | None
+) -> LineModes:
+    """Poles of a line at a crank speed; `guess` as of `damped_line_modes`."""
+    rings = model.line.inertia.shape[-1] - model.stations
+    line_at = partial(model.at, speed) if model.by_frequency else None
+    return damped_line_modes(model.at(speed), rings, line_at, guess)
 
 
 def damping_ratios(model: Model, modes: Modes, speed: float) -> FloatArray:

@@ -1,7 +1,5 @@
 """A shaft line at its operating speed: vibration by orders, their sums, its dampings."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
@@ -11,7 +9,7 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separation
 from vibecalc.torsion.adapters.excitation import emit_excitation
-from vibecalc.torsion.adapters.modes import emit_modes
+from vibecalc.torsion.adapters.modes import ModeCopies, emit_modes
 from vibecalc.torsion.adapters.motion import Motion, emit_readings, readings_of, solved
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup, placed
 from vibecalc.torsion.adapters.variants import emit_healthy
@@ -42,10 +40,11 @@ def run_torsion(scene: Scene) -> None:
 
         setup = coupled(setup)
     scene.handed_on["torsion"] = setup[1:]
+    moved = ModeCopies(setup)
     if _wants(scene, "modes/"):
-        emit_modes(scene, setup)
+        emit_modes(scene, setup, moved)
     if _wants(scene, "excitation/"):
-        emit_excitation(scene, setup)
+        emit_excitation(scene, setup, moved)
     if setup.shaft.station_laws:
         emit_dampings(scene, setup)
     if scene.wants(*_STEADY):
@@ -178,18 +177,18 @@ def _power_balance(scene: Scene, setup: Setup) -> None:
     given, taken = source.sum(), load.sum()
     rest, place = given - taken, shaft.load_station
     own, cylinders = rounded(1.0 / np.abs(shaft.station_ratio), 2.0), len(drive.firing.names)
-    balance = PowerBalance()
+    found: dict[str, Bounded] = {}
     if cylinders:
-        balance = replace(balance, source_torque=source * own, source_power=speed * source)
+        found |= {"source_torque": source * own, "source_power": speed * source}
     if len(shaft.taken_station):
-        balance = replace(balance, load_torque=load * own, load_power=speed * load)
+        found |= {"load_torque": load * own, "load_power": speed * load}
     if cylinders or len(shaft.taken_station):
-        balance = replace(balance, rest_torque=rest * own[place], rest_power=speed * rest)
+        found |= {"rest_torque": rest * own[place], "rest_power": speed * rest}
     drives = bool(given.value > given.error)
     if cylinders and len(shaft.taken_station) and scene.case.machine.kind == "engine":
         share = taken * (1.0 / given) if drives else bounded(np.inf)
-        balance = replace(balance, total_load_power=speed * taken, load_share=share)
-    scene.emit_all(balance, {"station": shaft.station_names})
+        found |= {"total_load_power": speed * taken, "load_share": share}
+    scene.emit_all(PowerBalance(**found), {"station": shaft.station_names})
     if drives and -rest.value > rest.error + UNBALANCED * given.value:
         torques = [f"{1e-3 * one.value:.4g}" for one in (taken, given, -rest)]
         powers = [f"{1e-3 * speed * one.value:.4g}" for one in (taken, given, -rest)]

@@ -318,7 +318,7 @@ def _emit_steps(change: Change, peaks: Peaks) -> None:
     for name, end in zip(("before", "after")[-len(ends) :], ends, strict=True):
         change.emit(f"steady_{name}", end / np.abs(change.ratio))
     larger = maximum(ends[0], ends[-1])
-    moves = larger.value > 0.0
+    moves = larger.value > 4.0 * larger.errors  # a ratio to rounding tells nothing
     factor = Bounded(peaks.peak, peaks.error) / where(moves, larger, 1.0)
     change.emit("dynamic_factor", where(moves, factor, 1.0))
 

@@ -142,8 +142,8 @@ def half_ranges(system: VariableLine, speed: float, steady: SteadyTwist) -> Boun
 
 
 def relative_change(constant: Bounded, varying: Bounded) -> Bounded:
-    """Varying over constant less one, 0 where nothing is carried."""
-    there = constant.value > 0.0
+    """Varying over constant less one, 0 where nothing but rounding is carried."""
+    there = constant.value > 4.0 * constant.errors
     return where(there, varying / where(there, constant, 1.0) - 1.0, 0.0)
 
 

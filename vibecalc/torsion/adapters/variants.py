@@ -147,7 +147,8 @@ def emit_operating(scene: Scene, place: str, motion: Motion) -> None:
 
 def _emit_reduction(scene: Scene, bare: Setup, torque: Bounded, damped: Bounded) -> None:
     less = damped[..., : len(bare.shaft.section_names)]
-    finite = np.isfinite(less.value) & np.isfinite(torque.value) & (less.value > 0.0)
+    finite = np.isfinite(less.value) & np.isfinite(torque.value)
+    finite &= less.value > 4.0 * less.errors  # a ratio to rounding tells nothing
     gain = where(finite, torque, 1.0) / where(finite, less, 1.0)
     axes = {"section": bare.shaft.section_names}
     scene.emit(f"{ROOT}/reduction", where(finite, gain, np.inf), axes=axes)

@@ -19,7 +19,7 @@ from vibecalc.core.report.writing import (
     turns,
 )
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.torsion.report.line import joined, line_of, titled
+from vibecalc.torsion.report.line import joined, line_of, place_of, titled
 from vibecalc.torsion.results import COUPLING, HEALTHY
 
 if TYPE_CHECKING:
@@ -54,8 +54,8 @@ def torsion_couplings(result: Result) -> Section | None:
     line = line_of(result)
     if line is None or f"{COUPLING}/mean_torque" not in result.record:
         return None
-    blocks = [make(result, one, place) for place, one in enumerate(line.couplings)
-              for make in (_identity, _limits)]  # fmt: skip
+    blocks = [[*_identity(result, one, place), *_limits(result, one, place)]
+              for place, one in enumerate(line.couplings)]  # fmt: skip
     use = having(result.record, f"{COUPLING}/utilisation", "coupling", "coupling_limit")
     if use is not None and "T_KW" in labels(use.axes[1]):
         blocks.append(paragraph(_FREQUENCY))
@@ -81,10 +81,10 @@ def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
     laws = {"mean torque": one.mean_torque, "temperature": one.over_temperature,
             "frequency": one.frequency, "vibratory torque": one.amplitude}  # fmt: skip
     if follows := [words for words, law in laws.items() if law is not None]:
-        rows.append(("  depend on", joined(follows)))
-    heat = having(record, f"{COUPLING}/temperature", "coupling")
-    if one.temperature and heat is not None:
-        words = f"{show(float(heat.values[place]) - ICE)} degC"
+        rows.append(("  both depend on", joined(follows)))
+    warm = borne(result, "temperature", place)
+    if warm is not None:
+        words = f"{show(warm)} degC"
         if one.resistance:
             words += f", ambient {show(one.temperature - ICE)} degC, {one.resistance:.4g} K/W"
         rows.append(("  temperature", words))
@@ -152,10 +152,17 @@ def borne(result: Result, name: str, place: int, speed: float | None = None) -> 
     """
     over = "" if speed is None else "speeds/"
     path = f"{COUPLING}/{over}{BORNE[name][0]}"
-    quantity = having(result.record, path, "coupling", *["speed"] * bool(over))
-    if quantity is None:
+    quantity, line = (
+        having(result.record, path, "coupling", *["speed"] * bool(over)),
+        line_of(result),
+    )
+    if quantity is None or line is None:
         return None
-    values = np.ravel(quantity.values[place])
+    # temperatures are not known of all couplings
+    at = place_of(quantity, line.couplings[place].name)
+    if at is None:
+        return None
+    values = np.ravel(quantity.values[at])
     if speed is None:
         return _as_read(name, values[0])
     near = np.isclose(quantity.axes[1].values, speed, rtol=1e-9, atol=0.0)

@@ -23,7 +23,9 @@ from vibecalc.torsion.report.line import (
     TORSION,
     cell,
     elastic_modes,
+    first_shaft,
     frequencies,
+    line_of,
     mode_names,
     order_text,
     range_words,
@@ -255,7 +257,9 @@ def station_torques(result: Result) -> list[str]:
               lambda one, _: show(factor * abs(one), factor * noise))
         for i in places
     ]  # fmt: skip
-    words = f"Torques at the stations by order of the crank or first shaft, 0-to-peak, {unit}:"
+    line = line_of(result)
+    shaft = "the crankshaft" if line is None else first_shaft(line)
+    words = f"Torques at the stations by order of {shaft}, 0-to-peak, {unit}:"
     rows = Rows("order", "order", columns, label="{:.4g}", right=True, places=acting,
                 above=words)  # fmt: skip
     return rows_of(result.record, rows)[0]

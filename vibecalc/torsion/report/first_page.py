@@ -6,18 +6,24 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.report.calculation import Calculation, Chapter, limit_table
+from vibecalc.core.report.headline import first_table
 from vibecalc.core.report.pages import conclusion as counted
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.sections import Section, having, labels, stacked, table_of
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table, turns
 from vibecalc.core.results.record import (
+    BARRED,
     BROKEN,
     Result,
 )
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.report.limits import (
     AT_SPEED,
+    FLAGS,
     PASSING,
+    VARIANTS,
+    all_ranges_in_words,
+    barred_ranges,
     crank_places,
     exceeded_table,
     flags,
@@ -29,6 +35,7 @@ from vibecalc.torsion.report.limits import (
     rule_of,
     separation_rule,
     uses_by_section,
+    variant_words,
 )
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -287,7 +294,7 @@ def conclusion(result: Result) -> str:
     driven = TORSION + "torque_half_range" in record
     none = "the case sets no stress limit" if driven else "the line has no excitation"
     clauses = [*_of_limits(result)] or [none]
-    clauses += [*_of_gears(result), *_of_majors(result)]
+    clauses += [*_of_couplings(result), *_of_gears(result), *_of_majors(result)]
     if vector(record, "resonances_skipped/from", "resonance_skipped") is not None:
         clauses.append("some critical speeds are undamped")
     if ill := silent(result):
@@ -313,8 +320,10 @@ def _of_limits(result: Result) -> Iterator[str]:
         yield f"the {words} at the operating speed {verb} within the limit{plural}"
     ranges = ranges_in_words(result)
     yield from ranges
-    if not ranges and not broken and "pass only" not in words_of:
+    if not ranges and not broken and FLAGS[BARRED] not in words_of:
         yield "no speed range is barred"
+    for variant in VARIANTS:
+        yield from ranges_in_words(result, variant)
 
 
 def _of_majors(result: Result) -> Iterator[str]:
@@ -326,6 +335,18 @@ def _of_majors(result: Result) -> Iterator[str]:
             yield (
                 f"the {mode} natural frequency is {row.computed:.1f} % from major order {order} "
                 f"at the operating speed, less than {rule.rule.name} requires"
+            )
+
+
+def _of_couplings(result: Result) -> Iterator[str]:
+    """Limits of couplings that the line exceeds as the case has it."""
+    for row in verdicts_of(result):
+        own = row.element and row.quantity.startswith(f"{TORSION}coupling/")
+        if own and row.state == BROKEN:
+            where = f" at {turns(row.speed)} rpm" if np.isfinite(row.speed) else ""
+            yield (
+                f"the {row.limit} of {row.element!r} exceeds the limit{where}: "
+                f"{show(100.0 * row.utilisation)} %"
             )
 
 
@@ -357,7 +378,7 @@ def in_one_sentence(result: Result) -> str:
     rows = verdicts_of(result)
     if not rows:
         return "The case sets no limits."
-    ranges = ranges_in_words(result)
+    ranges = all_ranges_in_words(result)
     if not ranges and having(result.record, f"{TORSION}limit/largest_utilisation", "limit"):
         ranges = ["no speed range is barred"]
     return "; ".join([counted([], rows).rstrip("."), *ranges]) + "."
@@ -370,7 +391,26 @@ def conclusion_table(result: Result) -> list[str]:
     """The sentence, and the table of limits."""
     rows = verdicts_of(result)
     coupled = any(row.element and row.quantity.startswith(COUPLING) for row in rows)
-    return [*paragraph(in_one_sentence(result)), *limit_table(rows, *[_COUPLINGS] * coupled)]
+    advice = [line for words in recommendations(result) for line in paragraph(words, "-")]
+    notes = [_COUPLINGS] * coupled
+    return [*paragraph(in_one_sentence(result)), *advice, *limit_table(rows, *notes)]
+
+
+def recommendations(result: Result) -> Iterator[str]:
+    """What follows for those who run the line, from the ranges of speeds above its limits."""
+    for variant in ("", *VARIANTS):
+        barred, not_ = (
+            barred_ranges(result, permitted=one, variant=variant) for one in (True, False)
+        )
+        lead = f"With {variant_words(result, variant)}: " if variant else ""
+        told = []
+        if barred:
+            told.append(f"bar {joined(barred)} for continuous operation and pass through quickly")
+        if not_:
+            told.append(f"avoid {joined(not_)}, also in passing, or reduce the load there")
+        words = f"{lead}{'; '.join(told)}."
+        if told:
+            yield f"{words[:1].upper()}{words[1:]}"
 
 
 # ----------------------------------------------------------------------------
@@ -447,8 +487,8 @@ def has_calculation(result: Result) -> bool:
 
 
 def summary(result: Result) -> list[str]:
-    """The sentence of the first page."""
-    return paragraph(in_one_sentence(result))
+    """The sentence of the first page, and the results that are looked for first."""
+    return stacked(paragraph(in_one_sentence(result)), first_table(result, verdicts_of(result)))
 
 
 # ----------------------------------------------------------------------------
@@ -479,5 +519,5 @@ def barred(result: Result) -> list[str]:
     if f"{TORSION}limit/largest_utilisation" not in record:
         there = having(record, TORSION + "critical/speed", "mode", "order") is not None
         return paragraph("No limit over the speed range: none is barred.") if there else []
-    words = "; ".join(ranges_in_words(result)) or "no range is barred"
+    words = "; ".join(all_ranges_in_words(result)) or "no range is barred"
     return stacked(paragraph(f"{words[0].upper()}{words[1:]}."), exceeded_table(record))

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Rows, rows_of
-from vibecalc.core.report.sections import Section, having, labels, speed_of, stacked
+from vibecalc.core.report.rows import Cells, Rows, named_at, rows_of
+from vibecalc.core.report.sections import Section, having, labels, speed_of, stacked, table_of
 from vibecalc.core.report.writing import (
     Column,
     number,
@@ -31,17 +31,20 @@ from vibecalc.core.results.record import (
 )
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import state_of, verdicts_of
-from vibecalc.torsion.report.couplings import BORNE, borne, permitted
+from vibecalc.torsion.report.couplings import BORNE, ICE, borne, permitted
 from vibecalc.torsion.report.line import (
     MEGA,
     TORSION,
     asked,
+    condition_words,
     every,
+    in_words,
     joined,
     line_of,
     mode_names,
     names,
     order_text,
+    place_of,
     silent,
     speed_range,
     titled,
@@ -59,6 +62,8 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 _LIMIT = TORSION + "limit/"
+#: folders of the line with all cylinders firing, and in conditions of the cylinders
+VARIANTS = ("healthy/", "conditions/")
 
 
 def torsion_limits(result: Result) -> Section | None:
@@ -67,16 +72,20 @@ def torsion_limits(result: Result) -> Section | None:
     if not {f"{_LIMIT}largest_utilisation", f"{_LIMIT}operating_utilisation"} & set(record):
         return None
     blocks = uses_by_section(result), crank_places(result), exceeded_table(record)
-    title = f"Limits of the {limited_words(record)} and barred ranges"
+    title = f"{limited_words(record).capitalize()} limits and barred ranges"
     return titled(
         result, title, *blocks, details={"rules of the limits": (formulas, basis, origins)}
     )
 
 
-def barred_ranges(result: Result, *, permitted: bool = True) -> list[str]:
-    """Each range to be barred as words, `44.37 to 53.78 rpm`, or each that may not be."""
+def barred_ranges(result: Result, *, permitted: bool = True, variant: str = "") -> list[str]:
+    """Each range to be barred as words, `44.37 to 53.78 rpm`, or each that may not be.
+
+    Those of the line as it is, or of a variant: `healthy/`, `conditions/`.
+    """
     low, high, may = (
-        vector(result.record, f"barred/{name}", "barred") for name in ("from", "to", "permitted")
+        vector(result.record, f"{variant}barred/{name}", "barred")
+        for name in ("from", "to", "permitted")
     )
     if low is None or high is None:
         return []
@@ -86,37 +95,60 @@ def barred_ranges(result: Result, *, permitted: bool = True) -> list[str]:
     return [f"{turns(low[i])} to {turns(high[i])} rpm" for i in chosen]
 
 
-def acceptable(record: Record, place: int) -> str:
+def acceptable(record: Record, place: int, _path: str) -> str:
     """What stands behind a range in the first table that may not be barred."""
     may = vector(record, "barred/permitted", "barred")
     return "" if may is None or may[place] else "NOT ACCEPTABLE: may not be barred"
 
 
-def most_used(record: Record, place: int) -> str:
+def barred_by(record: Record, place: int, _path: str) -> str | None:
+    """The limits that bar a range of the first table: `limits 1 and 2`."""
+    found = every(record, "exceeded", "exceeded", "from", "to", "limit")
+    if not found:
+        return None
+    start, stop, limit = (one.values for one in found)
+    low, high = (float(record[f"{TORSION}barred/{end}"].values[place]) for end in ("from", "to"))
+    return _numbered(sorted({int(one) for one in limit[(start >= low) & (stop <= high)]}))
+
+
+def most_used(record: Record, place: int, _path: str) -> str | None:
     """The shaft or gear in which a limit has its largest utilisation at any speed."""
     return _most_used(record, "each", place)
 
 
-def most_used_at_speed(record: Record, place: int) -> str:
+def most_used_at_speed(record: Record, place: int, _path: str) -> str | None:
     """The same at the operating speed."""
     return _most_used(record, "operating", place)
 
 
-def _most_used(record: Record, when: str, place: int) -> str:
+def _most_used(record: Record, when: str, place: int) -> str | None:
     of = having(record, f"{_LIMIT}{when}/utilisation", "limit", "section")
     if of is None or np.all(np.isnan(of.values[place])):
-        return ""
+        return None
     return labels(of.axes[1])[int(np.nanargmax(of.values[place]))]
 
 
-def most_used_in_condition(record: Record, place: int) -> str:
+def most_used_in_condition(record: Record, place: int, _path: str) -> str | None:
     """The same of a condition and a limit, with the condition."""
     of = having(record, f"{TORSION}conditions/limit/element", "condition", "limit")
     number = 0 if of is None else int(np.ravel(of.values)[place])
     if of is None or not number:
-        return ""
+        return None
     condition = labels(of.axes[0])[place // len(of.axes[1].values)]
-    return f"{_loaded(record)[number - 1]}, {condition}"
+    return f"{_loaded(record)[number - 1]}, {condition_words(condition)}"
+
+
+def most_stressed_in_condition(record: Record, place: int, _path: str) -> str | None:
+    """The section of the largest stress in any condition, with the condition."""
+    stress = having(record, f"{TORSION}conditions/largest/stress_half_range", "section")
+    number = having(record, f"{TORSION}conditions/largest/section_condition", "section")
+    known = names(record, "conditions/torque_half_range", "condition")
+    if stress is None or number is None or not known:
+        return None
+    section = labels(stress.axes[0])[place]
+    at = place_of(number, section)
+    condition = "" if at is None else condition_words(known[int(number.values[at]) - 1])
+    return ", ".join(filter(None, (section, condition)))
 
 
 def _loaded(record: Record) -> list[str]:
@@ -124,26 +156,49 @@ def _loaded(record: Record) -> list[str]:
     return names(record, "torque_mean", "section") + names(record, "gear/mean_torque", "gear")
 
 
-def ranges_in_words(result: Result) -> list[str]:
+def ranges_in_words(result: Result, variant: str = "") -> list[str]:
     """What is barred, and where the line is not acceptable."""
-    barred, not_ = (barred_ranges(result, permitted=one) for one in (True, False))
+    barred, not_ = (barred_ranges(result, permitted=one, variant=variant) for one in (True, False))
+    lead = f"with {variant_words(result, variant)} " * bool(variant)
     words = []
     if barred:
         verb = "are" if len(barred) > 1 else "is"
-        words.append(f"{joined(barred)} {verb} barred for continuous operation")
+        words.append(f"{lead}{joined(barred)} {verb} barred for continuous operation")
     if not_:
         why = "a limit for continuous operation is exceeded and barring is not permitted"
-        words.append(f"the line is not acceptable from {joined(not_)}, where {why}")
+        words.append(f"{lead}the line is not acceptable from {joined(not_)}, where {why}")
     return words
 
 
-def exceeded_table(record: Record) -> list[str]:
+def variant_words(result: Result, variant: str) -> str:
+    """What the cylinders do in a variant: `one cylinder misfiring`."""
+    if variant == "healthy/":
+        return "all cylinders firing"
+    given = table_of(asked(result), "conditions")
+    words = ["one cylinder misfiring"] * (given.get("misfire") != "none")
+    words += ["one cylinder out of balance"] * bool(given.get("imbalance"))
+    words += ["the given cylinder pressures"] * bool(given.get("pressure_scale"))
+    return " or ".join(words)
+
+
+def all_ranges_in_words(result: Result) -> list[str]:
+    """Those of the line as it is, of all cylinders firing, and of conditions of the cylinders."""
+    of = ("", *VARIANTS)
+    return [words for variant in of for words in ranges_in_words(result, variant)]
+
+
+def exceeded_table(record: Record, variant: str = "") -> list[str]:
     """The ranges above the limits, and which of them may be barred."""
     above = (
         f"Speed ranges in which the {limited_words(record, 'or')} exceeds the limit for "
         "continuous operation:"
     )
-    return rows_of(record, Rows("exceeded", "", _EXCEEDED, TORSION + "exceeded", above=above))[0]
+    root = f"{TORSION}{variant}exceeded"
+    condition = named_at(f"{root}/condition", f"{TORSION}conditions/torque_half_range")
+    columns = Cells(in_words(condition), "condition"), *_EXCEEDED
+    of = Rows("exceeded", "", [one._replace(of=f"{root}/{one.of}") if isinstance(one.of, str)
+                               else one for one in columns], above=above)  # fmt: skip
+    return rows_of(record, of)[0]
 
 
 def _turns(speed: float, _error: float) -> str:
@@ -378,12 +433,24 @@ def uses_by_section(result: Result) -> list[str]:
         if held is None or not there.any():
             continue
         some = np.flatnonzero(there.any(axis=1)).tolist()
-        listed = "; ".join(f"{i + 1}: {rule_of(given[i]).name}" for i in some)
-        words = f"Half ranges of the {name} in {unit}. Limit {listed}."
+        rules = {i + 1: rule_of(given[i]).name for i in some}
+        listed = "; ".join(
+            f"{_numbered([i for i, one in rules.items() if one == rule])}: {rule}"
+            for rule in dict.fromkeys(rules.values())
+        )
+        words = f"Half ranges of the {name} in {unit}. {listed[:1].upper()}{listed[1:]}."
         if any(given[i].get("rule") for i in some):
             words += " Rules are informative: the class society's current edition applies."
-        blocks.append([*_by_limit(record, held[0], there, columns), *paragraph(words)])
-    return stacked(*blocks)
+        use = having(record, f"{_LIMIT}each/utilisation", "limit", "section")
+        most = 0.0 if use is None else float(np.max(use.values[there]))
+        blocks.append((most, [*_by_limit(record, held[0], there, columns), *paragraph(words)]))
+    # what is used most comes first
+    return stacked(*(block for _, block in sorted(blocks, key=lambda one: -one[0])))
+
+
+def _numbered(limits: Collection[int]) -> str:
+    """`limit 2`, `limits 2 and 3`."""
+    return f"limit{'s' * (len(limits) > 1)} {joined(map(str, limits))}"
 
 
 _CRANK: tuple[_Column, ...] = (
@@ -422,7 +489,7 @@ def limit_verdicts(result: Result) -> Iterator[Verdict]:
 
 
 #: the worst first, as tables flag them
-_FLAGS = {BROKEN: "BROKEN", UNDECIDED: "UNDECIDED", BARRED: "pass only", KEPT: "kept"}
+FLAGS = {BROKEN: "BROKEN", UNDECIDED: "UNDECIDED", BARRED: "barred range", KEPT: "kept"}
 
 
 def flags(result: Result, *kinds: str) -> list[str]:
@@ -433,7 +500,7 @@ def flags(result: Result, *kinds: str) -> list[str]:
         if row.element and row.quantity.startswith(f"{TORSION}limit/") and of in (kinds or (of,)):
             states.setdefault(row.where["limit"], set()).add(row.state)
     every = range(1, len(limits_of(result)) + 1)
-    return [next(_FLAGS[one] for one in _FLAGS if one in states.get(i, {KEPT})) for i in every]
+    return [next(FLAGS[one] for one in FLAGS if one in states.get(i, {KEPT})) for i in every]
 
 
 def _covered(result: Result, state: str | None) -> bool:
@@ -524,7 +591,8 @@ def _condition(use: _Use) -> str:
     if use.quantity.axes[0].name != "condition":
         return "all cylinders fire"
     named = labels(use.quantity.axes[0])
-    return named[use.condition] + f" (worst of {len(named)})" * (len(named) > 1)
+    worst = f" (worst of {len(named)} conditions)" * (len(named) > 1)
+    return condition_words(named[use.condition]) + worst
 
 
 def _row(use: _Use, speed: float) -> Verdict:
@@ -559,18 +627,26 @@ def _row(use: _Use, speed: float) -> Verdict:
 
 
 def _where_barred(use: _Use) -> tuple[str, str]:
-    """A limit that is exceeded is kept where that is only in ranges which may be barred."""
-    if use.stem == "limit/":
-        found = every(use.result.record, "exceeded", "exceeded", "limit", "permitted")
+    """A limit that is exceeded is kept where that is only in ranges which may be barred.
+
+    In conditions of the cylinders those of all of them count.
+    """
+    folder = use.stem.removesuffix("limit/")
+    found = every(use.result.record, f"{folder}exceeded", "exceeded", "limit", "permitted")
+    here = use.result.record.quantities.get(
+        f"{TORSION}{use.stem}operating{'_' if folder else '/'}utilisation"
+    )
+    operating = 0.0 if here is None else float(np.max(_over_conditions(here, use.place)))
+    if found or not folder:
         limit, permitted_ = (one.values for one in found) if found else 2 * (np.zeros(0),)
         may = permitted_[limit == use.where["limit"]]
-        unbarred = use.entry("operating/utilisation") if may.size and may.all() else np.inf
-    else:
-        unbarred = use.entry("unbarred_utilisation")
-        if unbarred is None and not (use.entry("operating_utilisation") or 0.0) > 1.0:
-            return UNDECIDED, "another run"  # of an older file
-        unbarred = np.inf if unbarred is None else unbarred
-    return BROKEN if (unbarred or 0.0) > 1.0 else BARRED, ""
+        unbarred = operating if may.size and may.all() else np.inf
+    else:  # of an older file
+        given = use.entry("unbarred_utilisation")
+        if given is None and not operating > 1.0:
+            return UNDECIDED, "another run"
+        unbarred = np.inf if given is None else given
+    return BROKEN if unbarred > 1.0 else BARRED, ""
 
 
 #: words of a row, what is allowed and what is borne in the unit that people read
@@ -587,13 +663,13 @@ def _coupling(use: _Use, speed: float) -> _Read:
     told = {"element": use.where["coupling"], "limit": words, "source": source, "status": status}
     allowed, unit = (np.inf, "") if one is None else permitted(one, limit)
     load: float | None = use.share * allowed
+    if limit == "temperature" and one is not None:  # counts by its rise
+        load = one.temperature - ICE + use.share * (allowed - (one.temperature - ICE))
     if use.stem == "coupling/" and limit != "n_max":
         at = speed if use.kind == CONTINUOUS and np.isfinite(speed) else None
         load = borne(use.result, limit, place, at)
         if load and limit.startswith("T_KW"):  # less is permitted at the frequency of its torque
             allowed = load / use.share
-    elif limit == "temperature":  # counts by its rise
-        load = None
     return told, allowed, load, unit
 
 

@@ -294,6 +294,8 @@ def elastic_modes(result: Result, undamped: bool = False) -> list[int]:
 def highest_frequency(result: Result) -> float:
     """Of the highest order of the case at its highest speed, rad/s."""
     excited = having(result.record, TORSION + "excitation/station_torque", "station", "order")
+    if excited is not None and not np.any(excited.values):  # the case names no order
+        return math.inf
     highest = 12.0 if excited is None else float(np.max(np.asarray(excited.axes[1].values)))
     return highest * speed_range(result)[1]
 
@@ -316,6 +318,31 @@ def worst_section(record: Record) -> str | None:
         if load is not None and 0.0 < np.max(load) < np.inf:
             return names(record, name, "section")[int(np.argmax(load))]
     return None
+
+
+#: how the names of conditions of one cylinder end -> what is said of it
+_CONDITIONS = {" misfires": "misfire", " out of balance": "imbalance"}
+
+
+def condition_words(name: str) -> str:
+    """A condition of the cylinders by its name in the file: `misfire of cylinder 5`."""
+    for end, words in _CONDITIONS.items():
+        if name.endswith(end):
+            return f"{words} of cylinder {name.removesuffix(end)}"
+    return name
+
+
+def in_words(made: Made) -> Made:
+    """Names of conditions as people read them."""
+
+    def said(record: Record) -> Quantity | None:
+        found = made(record)
+        if found is None:
+            return None
+        return part_of(found, np.array([condition_words(str(one)) for one in found.values]),
+                       *found.axes)  # fmt: skip
+
+    return said
 
 
 def joined(words: Iterable[str]) -> str:
@@ -351,7 +378,7 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     rows = _engine(result, machine) if engine else []
     words = [range_words(result)] if torsion.get("speeds") else []
     orders = having(result.record, TORSION + "excitation/station_torque", "station", "order")
-    if orders is not None:
+    if orders is not None and np.any(orders.values):
         values = np.asarray(orders.axes[1].values, dtype=float)
         even = values.size > 1 and np.ptp(np.diff(values)) < _EVEN
         every_ = f" every {order_text(values[1] - values[0])}" if even else ""
@@ -362,11 +389,15 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
         kind = _MISFIRES.get(str(torsion.get("misfire_kind")), "no gas torque")
         rows.append(("misfire", f"cylinder{'s' * (len(ill) > 1)} {joined(ill)}: {kind}"))
     rows += _damping(torsion)
-    # the station whose speed is that of the machine
-    own = line.station_names[int(np.argmin(np.abs(line.station_ratio - 1.0)))]
-    at = "crank speed" if engine else f"the speed of {own!r}"
     total = short(float(np.sum(line.line.inertia)))
-    return [*rows, ("whole line", f"{total} kg m^2 at {at}; {_loads(result, line)}")]
+    words = f"{total} kg m^2 referred to {first_shaft(line)}; {_loads(result, line)}"
+    return [*rows, ("total inertia", words)]
+
+
+def first_shaft(line: "ShaftLineModel") -> str:
+    """The shaft whose speed is that of the machine: `the crankshaft`, `the shaft of 'motor'`."""
+    own = line.station_names[int(np.argmin(np.abs(line.station_ratio - 1.0)))]
+    return "the crankshaft" if line.cylinder_station.size else f"the shaft of {own!r}"
 
 
 def _engine(result: Result, machine: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -508,7 +539,7 @@ def together(rows: list[list[str]]) -> Iterator[list[str]]:
             continue
         first, last = rows[start][0], rows[end - 1][0]
         number_ = last.removeprefix(_stem([first, last]))
-        last = last if " " in number_ else number_
+        last = number_ if number_.isdigit() else last
         yield [first if end - start == 1 else f"{first} to {last}", *rows[start][1:]]
         start = end
 
@@ -667,7 +698,8 @@ def _over(given: Mapping[str, Any] | None) -> str:
         return ""
     whose = "shaft speed" if given.get("of") == "own" else "speed"
     if given.get("exponent") is not None:
-        return f", ~ {whose}^{given['exponent']:g}, reference {turns(given['reference'])} rpm"
+        power = "" if given["exponent"] == 1.0 else f"^{given['exponent']:g}"
+        return f", ~ {whose}{power}, reference {turns(given['reference'])} rpm"
     factor, speed = (given["table"][key] for key in ("factor", "speed"))
     ends = f"{turns(speed[0])} to {turns(speed[-1])} rpm"
     return f", times {short(factor[0])} to {short(factor[-1])} over {ends} {whose}".replace(

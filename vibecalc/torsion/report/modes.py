@@ -15,6 +15,7 @@ from vibecalc.torsion.report.line import (
     cell,
     elastic_modes,
     every,
+    first_shaft,
     frequencies,
     has_pendulums,
     highest_frequency,
@@ -111,7 +112,7 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
     if known[chosen[0]].endswith("-node") and line and any(one.stiffness for one in line.dampers):
         words += " Nodes in damper springs are counted."
     if more := int(np.count_nonzero(natural.values)) - len(chosen):
-        words += f" {many(more, 'higher mode')}: `--full`."
+        words += f" {many(more, 'higher mode')} not listed."
     return [*table(columns, rows), *paragraph(words)]
 
 
@@ -346,7 +347,7 @@ def _modes_without_table(result: Result, shown: list[int]) -> list[str]:
 def _holzer_table(result: Result, line: "Line", angle: Quantity, mode: int) -> list[str]:
     from vibecalc.torsion.holzer import holzer_rows
 
-    record, rows = result.record, holzer_rows(line)
+    record, rows, whole = result.record, holzer_rows(line), line_of(result)
     frequency = frequencies(record, undamped=True)
     assert frequency is not None  # or there is no table
     natural = float(frequency[mode])
@@ -368,7 +369,8 @@ def _holzer_table(result: Result, line: "Line", angle: Quantity, mode: int) -> l
     name = mode_names(result, undamped=True)[mode]
     words = f"Holzer table of {'undamped ' * differs}mode {mode + 1} ({name}), "
     words += f"{show(hertz(natural))} Hz = {show(rpm(natural))} cpm"
-    words += ", damper rings free" * differs + ", referred to the crankshaft"
+    words += ", damper rings free" * differs
+    words += "" if whole is None else f", referred to {first_shaft(whole)}"
     if residual is not None:
         scale = 1.0 if torque is None else float(np.max(magnitudes(torque)[mode], initial=0.0))
         share = residual[mode] / scale if scale > 0.0 else 0.0

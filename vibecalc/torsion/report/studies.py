@@ -124,7 +124,7 @@ def _most_loaded(record: Record) -> str:
     words = f"Most loaded section: {name!r}, {show(factor * entries['peak'])} {unit}"
     stress = having(record, TRANSIENT + "peak_stress", "section")
     if stress is not None and name in (known := labels(stress.axes[0])):
-        words += f" ({show(1e-6 * float(stress.values[known.index(name)]))} N/mm2)"
+        words += f" ({show(1e-6 * float(stress.values[known.index(name)]))} N/mm^2)"
     words += f" at {turns(entries['peak_speed'])} rpm"
     if np.isfinite(over := 100.0 * entries.get("overshoot", np.inf)):
         side = "above" if over > 0.0 else "below"
@@ -230,7 +230,7 @@ def _counted(record: Record) -> list[str]:
         Cells(number, "cycles"),
         Cells(f"{stem}/largest_range", f"largest range\n{unit}", unit),
         Cells(f"{stem}/equivalent_number", "equivalent\nnumber"),
-        Cells(f"{stem}/largest_stress_range", "stress range\nN/mm2", "N/mm^2"),
+        Cells(f"{stem}/largest_stress_range", "stress range\nN/mm^2", "N/mm^2"),
         Cells(f"{stem}/damage", "Miner,\none change"),
         Cells(f"{stem}/damage_of_all", "Miner,\nall changes"),
     ]

@@ -28,11 +28,14 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.torsion.report.limits import exceeded_table
 from vibecalc.torsion.report.line import (
     MILLI,
     TORSION,
     at_speed,
     cell,
+    condition_words,
+    in_words,
     joined,
     line_of,
     meeting,
@@ -88,7 +91,7 @@ def _sections(record: Record) -> list[str]:
     words = "Torque, stress, twist: half ranges. Peak: mean included. Bound: sum of the "
     words += "amplitudes of all orders."
     half = having(record, TORSION + "angle_half_range", "station")
-    if half is not None:
+    if half is not None and np.any(half.values):
         top = int(np.argmax(half.values))
         degrees = cell(half, top, 180.0 / np.pi)
         words += f" Largest angle: {cell(half, top, MILLI)} mrad ({degrees} deg) "
@@ -98,7 +101,7 @@ def _sections(record: Record) -> list[str]:
         *(Cells(f"torque_{name}", f"{head}\n{unit}", unit) for name, head in torques),
         Cells("stress_half_range", "stress\nN/mm^2", "N/mm^2"),
         Cells("twist_half_range", "twist\nmrad", "mrad"),
-        Cells("section_heat", "heat\nW", "W"),
+        Cells("section_heat", "heat\n{unit}", "W"),
     ], words)  # fmt: skip
 
 
@@ -131,21 +134,21 @@ def _stations(result: Result) -> list[str]:
     return _table(result.record, "station", [
         *(Cells(f"angle_{name}", f"{words}\n{unit}", unit)
           for name, words in of for unit in ("mrad", "deg")),
-        Cells("station_heat", "heat\nW", "W"),
+        Cells("station_heat", "heat\n{unit}", "W"),
     ], above="Station angles relative to uniform rotation, all orders:")  # fmt: skip
 
 
 def _dampers(record: Record) -> list[str]:
     columns = [
-        Cells("damper/heat", "heat, mean\nW", "W"),
+        Cells("damper/heat", "heat, mean\n{unit}", "W"),
         Cells("damper/travel", "travel, peak\nmrad", "mrad"),
         Cells("damper/travel", "travel, peak\ndeg", "deg"),
     ]
     for name, unit in (("heat", "W"), ("travel", "mrad")):
         if not np.any(vector(record, f"largest/{name}", "damper")):
             continue
-        columns.append(Cells(f"largest/{name}", f"largest {name}\nover speeds, {unit}", unit))
-        columns.append(Cells(f"largest/{name}_speed", "at\nrpm", in_turns))
+        columns.append(Cells(f"largest/{name}", f"largest {name}\nover speeds, {{unit}}", unit))
+        columns.append(Cells(f"largest/{name}_speed", "at\nrpm", "rpm"))
     return _table(record, "damper", columns)
 
 
@@ -176,7 +179,7 @@ def _balance(result: Result) -> list[str]:
         return []
     factor, unit = torque_unit(record)
     torque, power = factor * float(rest.values), record[f"{PowerBalance.ROOT}/rest_power"].values
-    does = "absorbs" if torque >= 0.0 else "has to SUPPLY"
+    does = "absorbs" if torque >= 0.0 else "supplies"
     words = f"Not referred. Station '{line.station_names[line.load_station]}' {does} the balance: "
     words += f"{show(abs(torque))} {unit}, {show(1e-3 * abs(float(power)))} kW."
     share = record.quantities.get(f"{PowerBalance.ROOT}/load_share")
@@ -186,7 +189,7 @@ def _balance(result: Result) -> list[str]:
     columns = [
         Cells(path, f"{name}\n{{unit}}", how)
         for path, name, how in zip(
-            paths_of(PowerBalance), ("cylinders", "cylinders", "loads", "loads"),
+            paths_of(PowerBalance), ("indicated", "indicated", "absorbed", "absorbed"),
             2 * (unit, "kW"), strict=False,
         )
     ]  # fmt: skip
@@ -224,9 +227,9 @@ def _worst(result: Result) -> list[str]:
         Cells("largest/twist_half_range", "twist\nmrad", "mrad"),
         Cells("without_dampers/largest/torque_half_range", f"no dampers\n{unit}", unit),
         Cells("reduction", "ratio"),
-        Cells("largest/speed", "at\nrpm", in_turns),
+        Cells("largest/speed", "at\nrpm", "rpm"),
         Cells(meetings(result, f"{TORSION}largest"), "mode, order"),
-    ], "Largest half ranges; no mode, order: at an end of the range, or from several orders."
+    ], "Largest half ranges; mode, order blank: at an end of the range, or from several orders."
     )  # fmt: skip
 
 
@@ -388,7 +391,9 @@ _IRREGULARITY = Rows(
         Cells("largest/speed", "at\nrpm", "rpm"),
         Cells("electrical_angle", "el. angle at\nspeed, deg", "deg"),
         Cells(_largest_along(f"{_ALL}/irregularity", "condition"), "worst"),
-        Cells(_largest_along(f"{_ALL}/irregularity", "condition", named=True), "at speed in"),
+        Cells(
+            in_words(_largest_along(f"{_ALL}/irregularity", "condition", named=True)), "at speed in"
+        ),
     ),
     root=f"{TORSION}irregularity",
     note="Cyclic irregularity: (maximum - minimum) / mean angular speed of the station within a "
@@ -414,11 +419,11 @@ def torsion_conditions(result: Result) -> Section | None:
         Cells(row_of(torque, 0), "all fire\n{unit}", unit),
         Cells(_largest_along(torque, "condition"), "worst\n{unit}", unit),
         Cells(_largest_along(stress, "condition"), "stress\n{unit}", "N/mm^2"),
-        Cells(_largest_along(torque, "condition", named=True), "condition"),
+        Cells(in_words(_largest_along(torque, "condition", named=True)), "condition"),
         Cells(f"{largest}/torque_half_range", "largest\n{unit}", unit),
         Cells(f"{largest}/stress_half_range", "stress\n{unit}", "N/mm^2"),
         Cells(f"{largest}/section_speed", "at\n{unit}", "rpm"),
-        Cells(named_at(f"{largest}/section_condition", torque), "condition"),
+        Cells(in_words(named_at(f"{largest}/section_condition", torque)), "condition"),
     )
     words = (
         f"Half ranges in the worst of {len(record[torque].axes[0].values)} cylinder "
@@ -427,6 +432,7 @@ def torsion_conditions(result: Result) -> Section | None:
     title = "Misfire and imbalance: the worst condition of each section"
     blocks = [rows_of(record, one)[0]
               for one in (Rows("section", "section", columns, note=words), _USES)]  # fmt: skip
+    blocks.append(exceeded_table(record, "conditions/"))
     details = {"every condition at the operating speed": [_every]}
     return titled(result, title, *blocks, details=details)
 
@@ -442,10 +448,11 @@ _USES = Rows(
     "condition",
     (
         Cells("largest_utilisation", "limit {}\nutil., %", "%"),
-        Cells("speed", "{} at\nrpm", "rpm"),
-        Cells("operating_utilisation", "{} at\nspeed, %", "%"),
+        Cells("speed", "limit {}\nat rpm", "rpm"),
+        Cells("operating_utilisation", "limit {} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
+    label=condition_words,
     places=_highest,
     note="Utilisation: load / load allowed in continuous operation.",
 )
@@ -464,4 +471,5 @@ def _every(result: Result) -> list[str]:
         Cells(_largest_along(angle, "station", named=True), "at station"),
     )
     words = "The largest half range of each condition at the operating speed:"
-    return rows_of(result.record, Rows("condition", "condition", columns, above=words))[0]
+    of = Rows("condition", "condition", columns, label=condition_words, above=words)
+    return rows_of(result.record, of)[0]

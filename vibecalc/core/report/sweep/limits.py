@@ -11,12 +11,13 @@ from vibecalc.core.report.goals import goal_of, written_at
 from vibecalc.core.report.sections import read_as, table_of
 from vibecalc.core.report.sweep.statistics import Worst, first_of, worst
 from vibecalc.core.report.sweep.view import SweepView
-from vibecalc.core.report.writing import number, paragraph, show, show_in, table
+from vibecalc.core.report.writing import number, paragraph, show_in, table
 from vibecalc.core.results.catalogue import deciding
 from vibecalc.core.results.printed import read_printed
 from vibecalc.core.results.select import STANDARD_ERRORS, Side
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import bounds_of, held
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # Limits of a case judged at every point of its sweep, and the points that keep all of them.
@@ -261,9 +262,11 @@ def _region(sweep: SweepView, judged: Limits) -> list[str]:
         return lines
     lines = paragraph("No computed point meets all limits.")
     if broken := least_broken(sweep, judged.limits):
-        point, limit, share = broken
-        text = f"closest: {sweep.words_of(point)}, {read_as(limit.quantity, '')[0]} violates its "
-        text += f"limit by {show(100.0 * share, digits=3)} %"
+        point, limit, _ = broken
+        own = sweep.quantities[limit.quantity].unit
+        name, unit = read_as(limit.quantity, own)
+        value = limit.worst.times(convert(1.0, own, unit)).values[point]
+        text = f"closest: {sweep.words_of(point)}; {name}: {show_in(value, unit)}, {limit.words}"
         label = limit.worst.label(point)
         lines += paragraph(text + (f" ({label})." if label else "."))
     return lines

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.sweep.view import SweepView
-from vibecalc.core.report.writing import number, paragraph, show, show_error, table
+from vibecalc.core.report.writing import decibels, number, paragraph, show, show_error, table
 from vibecalc.core.results.record import Estimate, Quantity
 from vibecalc.core.results.select import Side, select
 from vibecalc.core.results.tolerance import UNRESOLVED
@@ -171,6 +171,45 @@ def _shape(quantity: Quantity) -> tuple[int, ...]:
 
 
 # ----------------------------------------------------------------------------
+# Results point by point, along a single axis.
+# ----------------------------------------------------------------------------
+
+#: points, results and orders of a level that are listed
+_MOST_POINTS, _MOST_RESULTS, _MOST_ORDERS = 21, 8, 4
+
+
+def point_lines(sweep: SweepView) -> list[str]:
+    """A row for each point, or every so many, of a grid along one axis; else empty.
+
+    Of several entries at a point the largest one counts, but orders of a level have columns.
+    """
+    if not sweep.grid or len(sweep.shape) != 1:
+        return []
+    step = -(-sweep.count // _MOST_POINTS)
+    shown, key = np.unique([*range(0, sweep.count, step), sweep.count - 1]), sweep.keys[0]
+    heads = [number(f"{key.label} {key.written_unit}".rstrip())]
+    columns = [[key.number(value) for value in sweep.values_of(shown)[:, 0]]]
+    for path in numeric(sweep)[:_MOST_RESULTS]:
+        name, unit, counted = read_worst(sweep, path)
+        each = {f"{name} {unit}".rstrip(): counted}
+        if orders := _orders(sweep.quantities[path])[:_MOST_ORDERS]:
+            level = read_as(path, unit, entry=True)[0]
+            each = {f"{level}, order {order:g} {unit}": worst(sweep, path, {"order": order})
+                    for order in orders}  # fmt: skip
+        for head, one in each.items():
+            heads.append(number(head))
+            columns.append([_at_point(one, int(point), unit) for point in shown])
+    return table(heads, zip(*columns, strict=True))
+
+
+def _at_point(one: Worst, point: int, unit: str) -> str:
+    value = one.values[point]
+    if np.isnan(value):
+        return "-"
+    return decibels(value) if unit == "dB" else show(value, one.estimate(point))
+
+
+# ----------------------------------------------------------------------------
 # Smallest and largest value of every result of a sweep, and where they are.
 # ----------------------------------------------------------------------------
 
@@ -187,6 +226,7 @@ def extreme_lines(sweep: SweepView) -> list[str]:
     for path in numeric(sweep):
         name, unit, counted = read_worst(sweep, path)
         orders = _orders(sweep.quantities[path])
+        name = read_as(path, unit, entry=True)[0] if orders else name
         for place, order in enumerate(orders):
             title = f"  order {order:g}" if place else f"{name}\n  order {order:g}"
             rows += _rows(sweep, worst(sweep, path, {"order": order}), title, unit)

@@ -9,7 +9,12 @@ import numpy as np
 
 from vibecalc.core.report.check import time_in_words
 from vibecalc.core.report.sweep.limits import Limits, judge, limit_lines, share_within_limits
-from vibecalc.core.report.sweep.statistics import extreme_lines, index_lines, statistic_lines
+from vibecalc.core.report.sweep.statistics import (
+    extreme_lines,
+    index_lines,
+    point_lines,
+    statistic_lines,
+)
 from vibecalc.core.report.sweep.view import (
     SweepView,
     causes,
@@ -154,6 +159,7 @@ def sweep_lines(sweep: SweepView) -> list[str]:
     sections = (
         ("What varies", _varied(sweep)),
         ("Limits", limit_lines(sweep, judged)),
+        ("Results by point", point_lines(sweep)),
         ("Smallest and largest values", extreme_lines(sweep)),
         ("Statistics of the samples", statistic_lines(sweep)),
         ("Sobol indices", index_lines(sweep)),
@@ -161,7 +167,13 @@ def sweep_lines(sweep: SweepView) -> list[str]:
         ("Not stored", [line for words in _not_stored(sweep) for line in paragraph(words)]),
         (
             "Provenance",
-            pairs((name, str(text)) for name, text in provenance),
+            pairs(
+                [
+                    ("sha256 of the case", sweep.head.result.case_sha256),
+                    ("sha256 of the sweep", sweep.head.identity),
+                    *((name, str(text)) for name, text in provenance),
+                ]
+            ),
         ),
     )
     return lines + [line for one in sections if one[1] for line in titled(*one)]
@@ -252,8 +264,6 @@ def _identity(sweep: SweepView) -> list[str]:
         ("case", sweep.name),
         ("source", source),
         ("points", points),
-        ("sha256 of the case", head.result.case_sha256),
-        ("sha256 of the sweep", head.identity),
         ("vibecalc", head.result.version),
     ]
     return pairs(row for row in rows if row[1])

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.goals import written_at
+from vibecalc.core.report.goals import key_words
 from vibecalc.core.report.writing import number, table
 from vibecalc.core.results.layout import (
     DAMPING,
@@ -183,15 +183,11 @@ class Crossing(NamedTuple):
 # The open file of a sweep as what the report reads.
 # ----------------------------------------------------------------------------
 
-#: words that more than one table has, and the tables that say whose they are
-_SHARED = frozenset({"inertia", "stiffness", "damping", "torque", "gain"})
-_OWNERS = frozenset({"rotor", "shell", "motor", "friction", "control"})
-
 
 def view_of(result: SweepResult) -> SweepView:
     """The view of a sweep; its results are read from the file one by one, when asked for."""
     head = result.head
-    words = iter(_short([key.key for axis in head.axes for key in axis.keys], head.result.case))
+    words = iter(key_words([key.key for axis in head.axes for key in axis.keys], head.result.case))
     axes = tuple(
         replace(axis, keys=tuple(replace(key, label=next(words)) for key in axis.keys))
         for axis in head.axes
@@ -208,30 +204,6 @@ def view_of(result: SweepResult) -> SweepView:
         read=read,
         left_out=result.left_out,
     )
-
-
-def _short(keys: list[str], case: Mapping[str, Any]) -> list[str]:
-    """The shortest end of each key that no other key has, and whose it is where many have such."""
-    parts = [key.split(".") for key in keys]
-    names = []
-    for path in parts:
-        others = [other for other in parts if other is not path]
-        alone = (n for n in range(1, len(path)) if all(o[-n:] != path[-n:] for o in others))
-        size = next(alone, len(path))
-        owned = path[-2:-1] != [] and path[-2] in _OWNERS
-        if size == 1 and path[-1] in _SHARED and owned:
-            size = 2
-        owner = _member(".".join(path[:-1]), case) if size == 2 else ""
-        mark = " " if size == 2 and owned else "."
-        words = f"{path[-1]} of {owner}" if owner else mark.join(path[-size:])
-        names.append(words.replace("_", " "))
-    return names
-
-
-def _member(key: str, case: Mapping[str, Any]) -> str:
-    """The name that the case gives to a member of a list, `cylinders[0]`; empty if it has none."""
-    found = written_at(case, key) if key.endswith("]") else None
-    return str(found.get("name") or "") if isinstance(found, Mapping) else ""
 
 
 # ----------------------------------------------------------------------------
