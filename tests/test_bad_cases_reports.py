@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from drawn import coarse
 from fuzzing import command
 from shipped_cases import CASES
 
@@ -36,6 +37,7 @@ section = { outer_diameter = "300 mm", inner_diameter = "180 mm", length = "4 m"
 @pytest.fixture(autouse=True)
 def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    coarse(monkeypatch)
 
 
 def _broken(*_: Any, **__: Any) -> Any:
