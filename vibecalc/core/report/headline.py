@@ -91,9 +91,8 @@ def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
         words = dict.fromkeys(map(_held, one.limits)), dict.fromkeys(map(_share, one.limits))
         held, shares = ("\n".join(each) for each in words)
         rows.append([one.name, one.shown, read(_told_unit(one)), one.where, held, shares])
-    heads = ("result", number("value"), "unit", "where", "limit", number("util. %"))
-    used = len(heads) - (not any(row[-1] for row in rows))
-    return table(heads[:used], [row[:used] for row in rows])
+    heads = ("result", number("value"), "unit", "where", "limit", number("util.\n%"))
+    return table(heads, rows)
 
 
 def _told_unit(answer: Answer) -> str:
