@@ -73,10 +73,10 @@ def test_fifty_megabytes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"title = '\xff\xfe'\n", "is no text in UTF-8 (line 1)\n  help: save it in UTF-8"),
+        (b"title = '\xff\xfe'\n", "is not text in UTF-8 (line 1)\n  help: save it in UTF-8"),
         (b"\x89HDF\r\n\x1a\n\x00\x00", "is a result file (HDF5), which `vibecalc report` reads"),
-        ("schema = 1\n".encode("utf-16"), "is a text in UTF-16\n  help: save it in UTF-8"),
-        (b"schema = 1\n# \0", "is no text: a null character in line 2"),
+        ("schema = 1\n".encode("utf-16"), "is encoded in UTF-16\n  help: save it in UTF-8"),
+        (b"schema = 1\n# \0", "is not a text file: null character in line 2"),
         (b"x = " + b"[" * 200_000, "nested beyond reason"),
         (b"a" + b".a" * 200_000 + b" = 1\n", "a key of more than 40 parts"),
         (b"x = " + b"9" * 9_000, "thousands of digits"),

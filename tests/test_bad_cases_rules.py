@@ -121,7 +121,7 @@ def test_files_that_are_no_rules(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"the rules file .* is a folder"):
         read_rules(tmp_path)
     (tmp_path / "binary.toml").write_bytes(b"\x89HDF\xff")
-    with pytest.raises(UsageError, match=r"no text in UTF-8 \(line 1\)"):
+    with pytest.raises(UsageError, match=r"not text in UTF-8 \(line 1\)"):
         read_rules(tmp_path / "binary.toml")
 
 

@@ -83,7 +83,7 @@ def test_refused(file: str, change: str, line: str, words: list[str], tmp_path: 
     ("content", "words"),
     [
         (b"", "not JSON"),
-        (b"\xff\xfe{}", "is a text in UTF-16\n  help: save it in UTF-8"),
+        (b"\xff\xfe{}", "is encoded in UTF-16\n  help: save it in UTF-8"),
         (b"[1, 2]", "it has a list; wanted: 'components'"),
         (b"[" * 100_000, "not readable JSON"),
         (b'{"components": []}', "the file has no components"),

@@ -83,7 +83,7 @@ ISOLATED = '[isolation]\nmodel = "rigid_body"\n'
 
 
 def test_operations_say_that_they_are_of_the_shaking_alone() -> None:
-    words = "[response] operations and switching contain the shaking alone"
+    words = "[response] operations and switching contain the shaking only"
     operations = 'operations = [{ name = "all", working = ["1", "2", "3"] }]\n'
     asked = mounted(SEPARATE.replace(ISOLATED, f"[response]\n{operations}"))
     assert sum(one.startswith(words) for one in machine_warnings(asked)) == 1

@@ -445,7 +445,7 @@ def test_what_is_no_record_is_refused_before_it_is_read(ending: str, tmp_path: P
     case = folder_with(tmp_path, TEXT.replace(".csv", f".{ending}"))
     record = tmp_path / f"roll_records.{ending}"
     record.write_text("time, a1\n", encoding="utf-16")
-    assert "the file is a text in UTF-16" in refused(case)
+    assert "the file is encoded in UTF-16" in refused(case)
     record.unlink()
     os.mkfifo(record)  # to read it would wait for ever
     assert "the file is no ordinary file" in refused(case)

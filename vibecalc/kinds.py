@@ -90,7 +90,7 @@ class Kind(NamedTuple):
     gas: Literal["", "said", "turn"] = ""
     exclusive: Places = ()
     foreign: Places = ()
-    instead: str = "a machine of kind 'compressor', whose motor finds the speed"
+    instead: str = "a machine of kind 'compressor', whose motor determines the speed"
     hints: Mapping[KeyPath, str] = MappingProxyType({})
 
 
@@ -245,7 +245,7 @@ def check_kinds(row: Row) -> Iterator[Problem]:
     elif finds and "speed" in machine:
         yield row.problem(
             "speed",
-            f"the speed is given twice: a motor of kind {motor!r} finds it",
+            f"the speed is given twice: a motor of kind {motor!r} determines it",
             allowed="no speed with such a motor, or a motor of kind 'torque_harmonics'",
             hint="the motor brings the machine to the speed at which its torque meets the demand",
             also="motor.kind",
@@ -271,7 +271,7 @@ def _stages(row: Row, kind: Kind, lacking: list[str], finds: bool) -> Iterator[P
         if others:
             yield row.problem(
                 others[0],
-                f"{_need(others)} machine.speed, which the motor of this machine finds",
+                f"{_need(others)} machine.speed, but the motor of this machine determines it",
                 allowed=", ".join(f"[response.{name}]" for name in ROLL) + " with such a motor",
                 hint=f"with such a motor {running}"
                 if others[0] == ("excitation",)

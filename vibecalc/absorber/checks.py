@@ -215,7 +215,7 @@ def _tuning(case: Case) -> Iterator[Problem]:
         in_chart = damping > 0.0
         yield Problem(
             path=("tuning", "chart", "primary_damping") if in_chart else ("tuning", "kind"),
-            message="there is no optimum: without damping every spring leaves infinite peaks",
+            message="no optimum exists: without damping the peaks are infinite for every spring",
             found="kind = 'undamped_spring' and an undamped primary",
             allowed="a primary with damping, or another kind",
             hint="the spring that tunes the absorber to one frequency has K2 / J2 = w^2",

@@ -55,7 +55,7 @@ def _primary(row: Row) -> Iterator[Problem]:
         yield primary.problem(
             twice,
             f"the primary's stiffness is given twice: [machine.rod] and {twice} give it",
-            allowed=f"{twice}, or a rod with length and shear_modulus: one way or the other",
+            allowed=f"{twice}, or a rod with length and shear_modulus, not both",
             also=("machine", "rod"),
         )
     for key in (heavy, stiff):
@@ -130,7 +130,7 @@ def _secondary(machine: Row, one: Row, built: set[str]) -> Iterator[Problem]:
             yield one.problem(
                 given[0],
                 f"the {what} is given twice: {hardware} gives it",
-                allowed=f"{given[0]}, or {hardware}: one way or the other",
+                allowed=f"{given[0]}, or {hardware}, not both",
                 also=("machine", part),
             )
         elif not sought and part not in built and one.lacks(*alternatives):

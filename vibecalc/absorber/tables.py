@@ -267,7 +267,7 @@ class Rod(Table):
         below(
             "span",
             "total_length",
-            "the supports stand further apart than the rod is long",
+            "the distance of the supports exceeds the length of the rod",
             equal=True,
         ),
     )
@@ -304,7 +304,7 @@ class Flywheel(Table):
 
 
 WIRE = ("wire_diameter", "coil_diameter", "turns", "shear_modulus")
-_NOT_BELOW = "the inner radius is not below the outer one"
+_NOT_BELOW = "the inner radius must be smaller than the outer one"
 
 
 class Springs(Table):
@@ -399,10 +399,10 @@ class Gap(Table):
     )
 
 
-_NO_OIL = "no oil has these two points: it is thinner at the higher temperature"
+_NO_OIL = "impossible viscosities: oil is thinner at the higher temperature"
 
 
-_THINNER = "two temperatures, and less viscosity at the higher one"
+_THINNER = "two temperatures, with the lower viscosity at the higher one"
 
 
 def _thickens(row: Row) -> bool:

@@ -45,7 +45,7 @@ class BearingSpeeds(RunUp):
     points: int = key(
         "number of points, evenly spaced, ends included", 41, strict=True, ge=2, le=401
     )
-    RULES = (ordered("from", "to", "speeds have to go from a lower to a higher one"),)
+    RULES = (ordered("from", "to", "speeds must go from a lower to a higher one"),)
 
 
 def _sizes(row: Row) -> Iterator[Problem]:

@@ -35,7 +35,7 @@ def starter(scene: str) -> str:
     """Return a commented starter case as TOML; UsageError with the list for an unknown scene."""
     names = list(scenes())
     if scene not in names:
-        known = f"no scene {scene[:60]!r}, there is {', '.join(names)}"
+        known = f"no starter {scene[:60]!r}; there are {', '.join(names)}"
         raise UsageError("; ".join(filter(None, (known, nearest(scene, names)))))
     return (FOLDER / f"{scene}.toml").read_text(encoding="utf-8")
 

@@ -146,7 +146,7 @@ def _phases(case: Case) -> Iterator[Problem]:
             found=f"crank_phase {degrees(cylinder.crank_phase)}"
             + (f", and {len(wrong) - 1} more like it" if len(wrong) > 1 else ""),
             allowed=f"{degrees(wanted)}, or no crank_phase at any cylinder: it then follows",
-            hint="crank_phase is bank_angle less the firing angle, whole turns apart",
+            hint="crank_phase = bank_angle - firing angle, modulo 360 deg",
             also=(*path, "firing_angle") if has_angle else (*TRAIN, "firing_order"),
         )
 
@@ -167,7 +167,7 @@ def _cards(train: CrankTrain, cycle: float) -> Iterator[Problem]:
     if interpolation is not None and interpolation not in ("linear", "cubic"):
         yield Problem(
             path=(*TRAIN, "gas_interpolation"),
-            message="the gas of an engine is read along straight lines or a cubic curve",
+            message="the gas of an engine is interpolated by straight lines or a cubic spline",
             found=repr(interpolation),
             allowed="'linear' or 'cubic'",
         )
@@ -211,5 +211,5 @@ def _cycle(case: Case) -> Iterator[Problem]:
         yield Problem(
             path=(*path, key),
             message=str(error),
-            allowed="a pressure that such a cycle can have",
+            allowed="a pressure that this cycle can reach",
         )

@@ -32,7 +32,7 @@ class Residual(Table):
 class Excitation(Table):
     """Forces and couples of the crank train on the body."""
 
-    orders: Order | None = key("highest order; default: as the tolerance needs", None)
+    orders: Order | None = key("highest order; default: from the tolerance", None)
     working: Names | None = key("names of the working cylinders; default: all", None)
     idle: Idle = key(
         "the other cylinders: stopped, or moving without gas force (unloaded)", "stopped"

@@ -89,7 +89,7 @@ def _without_mass(case: Case) -> Iterator[Problem]:
     elif whole <= rod:
         yield Problem(
             path=(*JOINTS, "wrist_pin"),
-            message=f"nothing has a mass on the piston's side of the wrist pin of {name!r}",
+            message=f"there is no mass on the piston's side of the wrist pin of {name!r}",
             found=f"{whole:.6g} kg that move with the piston, {rod:.6g} kg of them rod",
             allowed="a mass above zero of piston and pin",
             also=TRAIN,
@@ -133,22 +133,22 @@ def _costs(case: Case) -> Iterator[Problem]:
         yield Problem(
             path=("machine", "speed"),
             message="at this speed the contacts are too stiff or too strongly damped to be "
-            "followed over a whole revolution",
+            "resolved over a whole revolution",
             found=f"{case.machine.speed:.6g} rad/s: about {work.steps:.2g} steps per revolution",
             allowed=f"<= {MOST_STEPS:.6g} steps per revolution",
             also=JOINTS,
-            hint="steps per revolution go with sqrt(stiffness / mass) and damping / mass, over the "
-            "speed",
+            hint="steps per revolution rise with sqrt(stiffness / mass) and damping / mass, and "
+            "fall with the speed",
         )
     elif work.total > MOST_WORK:
         yield Problem(
             path=IMPACT,
             message="the study would take too long",
-            found=f"about {work.steps:.2g} steps per revolution of each run, {work.total:.2g} "
-            "milliseconds or so in all",
-            allowed=f"<= {MOST_WORK:.2g} milliseconds, as estimated",
-            hint="fewer members, revolutions, clearances or fixed steps; steps per revolution go "
-            "with sqrt(stiffness / mass) and damping / mass, over the speed",
+            found=f"about {work.steps:.2g} steps per revolution of each run, about "
+            f"{work.total / 1e3:.2g} s in total",
+            allowed=f"<= {MOST_WORK / 1e3:.2g} s, as estimated",
+            hint="fewer members, revolutions, clearances or fixed steps; steps per revolution rise "
+            "with sqrt(stiffness / mass) and damping / mass, and fall with the speed",
         )
 
 
@@ -226,7 +226,7 @@ def _clearances(case: Case) -> Iterator[Problem]:
             path=(*IMPACT, "perturbation"),
             message="the perturbation exceeds the clearance",
             found=f"{study.perturbation:.6g} m, with a clearance of {smallest:.6g} m",
-            allowed=f"< {smallest:.6g} m, better a millionth of it",
+            allowed=f"< {smallest:.6g} m, recommended: a millionth of it",
         )
 
 
@@ -252,7 +252,7 @@ def _contact(case: Case, gap: Gap) -> Iterator[Problem]:
         most = (math.pi * speed / (TURN * SHORTEST_CONTACT)) ** 2 / gap.mobility
         yield Problem(
             path=(*gap.path, "stiffness"),
-            message="the contact is too stiff to be followed",
+            message="the contact is too stiff to be resolved in time",
             found=f"{stiffness:.6g} N/m: a contact lasts {lasts:.2g} of a revolution",
             allowed=f"<= {most:.3g} N/m with this mass and speed",
         )
@@ -272,9 +272,11 @@ def _contact(case: Case, gap: Gap) -> Iterator[Problem]:
 def _damping(case: Case, gap: Gap) -> Iterator[Problem]:
     ratio = 2.0 * LARGEST_RATIO * math.sqrt(gap.play.stiffness / gap.mobility)
     rate = case.machine.speed / (TURN * FASTEST_DAMPING) / gap.mobility
-    too_fast = "it brings the parts to rest too fast to be followed"
+    too_fast = "it stops the parts too fast to be resolved in time"
     bounds = {
-        "contact_damping": min((ratio, "the damper bears the contact alone"), (rate, too_fast)),
+        "contact_damping": min(
+            (ratio, "the damper carries the whole contact force"), (rate, too_fast)
+        ),
         "film_damping": (rate, too_fast),
     }
     for key, (most, why) in bounds.items():

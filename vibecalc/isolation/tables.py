@@ -15,7 +15,7 @@ from vibecalc.parts.body_tables import no_matrices
 from vibecalc.parts.tables import LOADS, Loads, shaking_acts
 from vibecalc.unit_table import FREE_FALL
 
-_WITHOUT = "leave [isolation] out for forces and balance only"
+_WITHOUT = "omit [isolation] if only forces and balance are required"
 
 
 class Isolation(Table):
@@ -41,5 +41,5 @@ class Isolation(Table):
         shaking_acts("isolation/support_force/by_cause has the torque alone"),
         wants("machine.body", hint=_WITHOUT),
         wants("machine.mounts", hint=_WITHOUT),
-        *no_matrices(hint="[response] takes matrices"),
+        *no_matrices(hint="[response] accepts matrices"),
     )

@@ -46,7 +46,7 @@ def _references(table: Measurement) -> Iterator[Problem]:
         yield Problem(
             path=linear[0],
             message="levels need a reference for 0 dB",
-            allowed='reference_level = "1e-5 m/s^2", or what the instrument refers to',
+            allowed='reference_level = "1e-5 m/s^2", or the reference of the instrument',
             hint="1e-5 m/s^2 in older and naval work, 1e-6 m/s^2 in ISO 1683",
         )
     angular = [path for path, one in with_levels if one.about]
@@ -54,7 +54,7 @@ def _references(table: Measurement) -> Iterator[Problem]:
         yield Problem(
             path=angular[0],
             message="levels of rotation need a reference for 0 dB",
-            allowed='angular_reference_level = "1 rad/s^2", or what the instrument refers to',
+            allowed='angular_reference_level = "1 rad/s^2", or the reference of the instrument',
         )
 
 

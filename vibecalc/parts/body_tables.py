@@ -180,7 +180,7 @@ class Mount(MountProperties):
 
 
 _WITH_MATRIX = ("damping_matrix", "loss_factor")
-_FOR_A_MATRIX = "mounts with places have their own in [machine.mounts.each] or one by one"
+_FOR_A_MATRIX = "mounts with positions have theirs in [machine.mounts.each] or individually"
 
 
 def _mounts_needed(row: Row) -> bool:
@@ -272,7 +272,7 @@ def no_matrices(hint: str = "") -> list[Rule]:
     """Of a table that needs the mass of the body and its mounts one by one."""
     return [
         _no_matrix("body", "mass_matrix", "a body with mass and inertia", hint),
-        _no_matrix("mounts", "stiffness_matrix", "mounts with places", hint),
+        _no_matrix("mounts", "stiffness_matrix", "mounts with positions", hint),
     ]
 
 

@@ -207,7 +207,7 @@ def _sunk(case: Case, up: int) -> float:
 RULES = (
     Rule(
         angles, 0.0,
-        "the {what} is {x:.6g} rad, more than a turn: should it be '{x:.6g} deg'? Angles "
+        "the {what} is {x:.6g} rad, more than a revolution: should it be '{x:.6g} deg'? Angles "
         "without a unit are in radians",
     ),
     Rule(
@@ -372,7 +372,7 @@ def _without_effect(case: Case) -> list[str]:
         f"roll of the machine use it; for a body on mounts {_REACHES}": (
             gas and not reaches and not used and (bool(takes) or not case.isolation)
         ),
-        "[response] operations and switching contain the shaking alone, without the torque of the "
+        "[response] operations and switching contain the shaking only, without the torque of the "
         "cylinders, which motion and energies contain": (
             response is not None and bool(response.operations) and "response" in reaches
         ),

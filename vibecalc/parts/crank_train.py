@@ -293,7 +293,7 @@ def _series(case: Case) -> Iterator[Problem]:
     if train.rod is not None and train.rod.inertia is not None:
         yield Problem(
             path=("kinematics", "series"),
-            message="the truncated series has no terms for the turning of the rod",
+            message="the truncated series has no terms for the rotation of the rod",
             found=f"series = 'truncated' with a rod inertia of {train.rod.inertia:.6g} kg*m^2",
             allowed="series = 'exact', or no inertia of the rod",
             also=(*TRAIN, "rod", "inertia"),

@@ -32,7 +32,9 @@ def turn_problems(
     """
     column, unit = ("pressure", "Pa") if hasattr(table, "pressure") else ("force", "N")
     angle, values = table.crank_angle, getattr(table, column)
-    turns, cycle = ("two turns", "a cycle") if period > TURN else ("one turn", "a turn")
+    turns, cycle = (
+        ("two revolutions", "the cycle") if period > TURN else ("one revolution", "the revolution")
+    )
     back = [n for n in range(1, len(angle)) if not angle[n] > angle[n - 1]]
     if back:
         last = back[0]
@@ -46,7 +48,7 @@ def turn_problems(
     elif abs(angle[-1] - angle[0] - period) > CLOSED:
         yield Problem(
             path=(*path, "crank_angle"),
-            message=f"the crank angles of the {what} have to span {turns}",
+            message=f"the crank angles of the {what} must span {turns}",
             found=f"from {degrees(angle[0])} to {degrees(angle[-1])}",
             allowed=f"a last angle of {degrees(angle[0] + period)}",
             hint=f"the last row repeats the {column} of the first one",
@@ -54,7 +56,7 @@ def turn_problems(
     elif abs(values[-1] - values[0]) > 1e-9 * max(map(abs, values)):
         yield Problem(
             path=(*path, column),
-            message=f"the {what} after {cycle} has to be that before it",
+            message=f"the {what} must be the same at both ends of {cycle}",
             found=f"{quoted(values[0], unit)} in the first row, {quoted(values[-1], unit)} in the "
             "last",
             allowed=f"the same {column} in the first and the last row",
@@ -140,7 +142,7 @@ def _short(path: KeyPath, what: str, rows: int, fewest: int, interpolation: str 
     one = "one row" if rows == 1 else f"{rows} rows"
     return Problem(
         path=path,
-        message=f"the {what} has too few rows for a curve over a turn",
+        message=f"the {what} has too few rows for a curve over a revolution",
         found=f"{one}{means}",
-        allowed=f"{fewest} rows or more, the last one turn after the first",
+        allowed=f"{fewest} rows or more, the last one revolution after the first",
     )

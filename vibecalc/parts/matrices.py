@@ -183,7 +183,7 @@ def _range(path: KeyPath, matrix: "BlockMatrix", values: Array, kind: _Kind) -> 
     for row, column in np.argwhere((size > LARGEST) | small)[:1].tolist():
         yield Problem(
             path=(*path, "values", row, column),
-            message=f"an entry of the {kind.name} matrix is too far from 1 to compute with",
+            message=f"an entry of the {kind.name} matrix is too large or too small to compute with",
             found=f"{_written(matrix, row, column)}, {values[row, column]:.6g} in SI units",
             allowed=f"magnitude up to {LARGEST:.0e} in SI units, on the diagonal from "
             f"{SMALLEST:.0e}",
@@ -230,7 +230,7 @@ def _diagonal(
             column = int(np.argmax(np.abs(np.where(np.arange(6) == place, 0.0, values[place]))))
             yield Problem(
                 path=(*path, "values", place, column),
-                message=f"{COORDINATES[place]} has no {kind.name} of its own, but one with "
+                message=f"{COORDINATES[place]} has no {kind.name} of its own but is coupled with "
                 f"{COORDINATES[column]}: the {kind.energy} of some motion is then negative",
                 found=f"{_written(matrix, place, place)}; {_written(matrix, place, column)}",
                 allowed="zero in the whole row, or an entry above zero on the diagonal",

@@ -96,7 +96,7 @@ class SlipTable(Table):
         "synchronous speed minus speed, ascending from 0", min_length=1, max_length=2000
     )
     torque: tuple[SlipTorque, ...] = key(
-        "on the rotor, from 0, one per slip; below its field a motor does not brake",
+        "on the rotor, from 0, one per slip; below synchronous speed a motor does not brake",
         min_length=1,
         max_length=2000,
     )

@@ -26,7 +26,7 @@ def _of_one_turn(row: Row) -> Iterator[Problem]:
         if "gas_force" in cylinder:
             yield row.problem(
                 (*row.path, "cylinders", place, "gas_force"),
-                "gas_force is over one turn, an engine's gas over its cycle",
+                "gas_force covers one revolution, but an engine needs the gas of its cycle",
                 allowed=f"one of {', '.join(GAS)} in [machine.crank_train], with a pressure_scale "
                 "for this cylinder",
                 also=("machine", "kind"),
@@ -71,7 +71,7 @@ def _firing(row: Row) -> Iterator[Problem]:
     ):
         yield row.problem(
             "",
-            "[machine.crank_train] does not say when its cylinders fire",
+            "[machine.crank_train] does not define when its cylinders fire",
             allowed="firing_order = ['1', '3', '4', '2'], or a firing_angle for every cylinder",
             hint="a throw passes its top dead centre twice in four strokes and fires once",
         )
@@ -88,7 +88,7 @@ OF_ENGINE = (
         one_of(
             *GAS,
             when=_line_asked,
-            hint="no gas at all is pressure_scale = 0 for each cylinder",
+            hint="for no gas at all set pressure_scale = 0 for each cylinder",
         ),
         *(needs(key, "bore", "the gas force is pressure times area") for key in GAS),
         _of_one_turn,
@@ -134,12 +134,12 @@ def _gas_whole(row: Row, instead: str) -> Iterator[Problem]:
 
 def gas_of_impacts(row: Row) -> Iterator[Problem]:
     """Yield half of what makes a force of the gas, for [response.impact]."""
-    yield from _gas_whole(row, "neither for impacts by inertia alone")
+    yield from _gas_whole(row, "neither for impacts due to inertia alone")
 
 
 def gas_of_bearings(row: Row) -> Iterator[Problem]:
     """Yield a pressure without area, for [bearing_loads]."""
-    yield from _gas_needs(row, "gas_pressure", "bore", "neither for the loads of inertia alone")
+    yield from _gas_needs(row, "gas_pressure", "bore", "neither for loads due to inertia alone")
 
 
 def needed_of_roll(row: Row) -> Iterator[Problem]:
@@ -151,7 +151,7 @@ def needed_of_roll(row: Row) -> Iterator[Problem]:
     first: KeyPath = (*row.path, asked[0])
     need = f"{both([f'[response.{name}]' for name in asked])} need{'s' * (len(asked) == 1)}"
     for part, what in (
-        ("rotor", "the inertia of all that turns with the crankshaft"),
+        ("rotor", "the inertia of everything that turns with the crankshaft"),
         ("shell", "the inertia of what the motor's stator and the cylinders are fixed to"),
     ):
         if part not in machine:
@@ -160,7 +160,7 @@ def needed_of_roll(row: Row) -> Iterator[Problem]:
     if motor not in FINDING_MOTORS:
         yield row.problem(
             first,
-            f"{need} a motor that finds the speed",
+            f"{need} a motor that determines the speed",
             found=f"a motor of kind {motor!r}" if motor else "no motor",
             allowed=f"[machine.motor] of kind {', '.join(map(repr, FINDING_MOTORS))}",
             also=("machine", "motor"),
@@ -169,11 +169,9 @@ def needed_of_roll(row: Row) -> Iterator[Problem]:
     if placed:
         yield row.problem(
             ("machine", placed[0]),
-            f"{need} no [machine.{placed[0]}]: there the shell turns about the crank axis, as one "
-            "body",
+            f"{need} no [machine.{placed[0]}]: the shell rolls about the crank axis, as one body",
             allowed="[machine.shell], with stiffness and damping of its mounts",
-            hint="the body on its mounts moves in six degrees of freedom at a given speed: a case "
-            "of its own",
+            hint="a body on mounts with six degrees of freedom, at a given speed, is another case",
             also=first,
         )
     cylinders = tables_at(machine, "crank_train", "cylinders")

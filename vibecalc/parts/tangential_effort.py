@@ -19,7 +19,7 @@ def _half_orders(row: Row) -> Iterator[Problem]:
         if isinstance(order, float) and order > 0.0 and 2.0 * order != round(2.0 * order):
             yield row.problem(
                 (*row.path, "order", place),
-                "the gas of a cylinder has half orders and whole orders, no others",
+                "the gas of a cylinder has half and whole orders only",
                 found=f"{order:g}",
                 allowed="0.5, 1, 1.5, ...",
             )

@@ -34,8 +34,8 @@ def operation_problems(case: Case) -> Iterator[Problem]:
             found=f"driven_machine = '{driven_machine(case)}'"
             + ("" if reported else ", the default"),
             allowed="driven_machine = 'cancels_torque' in [excitation]",
-            hint="that torque is not linear in the acceleration of the crank, so that the steady "
-            "orders do not say what it is while the speed changes",
+            hint="that torque is not linear in the acceleration of the crank, so the steady "
+            "orders do not give it while the speed changes",
             also=("excitation", "driven_machine") if reported else None,
         )
     mounts = case.machine.mounts
@@ -60,7 +60,7 @@ def operation_problems(case: Case) -> Iterator[Problem]:
     if has_loss_factor(mounts):
         yield undamped(
             message="a loss factor describes steady vibration at one frequency, not how a motion "
-            "dies away in time, and nothing else damps this body",
+            "decays in time, and this body has no other damping",
             found="a loss_factor and no other damping",
             hint="half the loss factor is the damping ratio at resonance: modal_damping",
         )

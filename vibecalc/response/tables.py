@@ -76,14 +76,14 @@ class Switching(Table):
     RULES = (
         refuse(
             "",
-            "[response.switching] goes between two operations, and there are none",
+            "[response.switching] needs two operations, and there are none",
             lambda t: not tables_at(t.case, "response", "operations"),
-            "operations in [response], two of which `between` names",
+            "operations in [response], two of them named in `between`",
         ),
         refers("between", "response.operations", "operation"),
         refuse(
             "between",
-            "a change goes from one operation to another one",
+            "a change needs two different operations",
             lambda t: len({*map(str, t.entries("between"))}) == 1,
             "two different names",
             found="{between}",
@@ -107,7 +107,7 @@ class Impact(Table):
         "sense in which the gas pushes the piston", "towards_crank"
     )
     clearances: tuple[Clearance, ...] = key(
-        "of the wrist pin, instead of its own: one study each", (), max_length=32
+        "of the wrist pin, instead of its own: one study per value", (), max_length=32
     )
     members: int = key(
         "number of runs with slightly different starts", 64, strict=True, ge=2, le=10_000
@@ -133,8 +133,8 @@ def _on_mounts(row: Row) -> Iterator[Problem]:
     """The motion of the body needs a body on mounts."""
     alone, of_the_body = (named(f"vibecalc.kinds:{name}") for name in _ASKED)
     if row.data.keys().isdisjoint(alone) or any(row.data.get(key) for key in of_the_body):
-        without = f"impacts alone need none: leave {', '.join(of_the_body)} out"
-        hint = without if "impact" in row else "leave [response] out for forces only"
+        without = f"impacts alone do not need it: omit {', '.join(of_the_body)}"
+        hint = without if "impact" in row else "omit [response] if only forces are required"
         for part in ("body", "mounts"):
             yield from wants(f"machine.{part}", hint=hint)(row)
 
@@ -172,7 +172,7 @@ class Response(Table):
         needs(
             "balances",
             "operations",
-            "ways of balancing are combined with ways of running",
+            "each balance is computed for each operation",
             'operations = [{ name = "all", working = ["1", "2"] }], for example',
         ),
         unique("operations"),

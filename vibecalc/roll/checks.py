@@ -69,8 +69,8 @@ def _pistons(case: Case) -> Iterator[Problem]:
         if mass is not None and mass < share and cylinder.name in works:
             yield Problem(
                 path=(*CYLINDERS, place, "reciprocating_mass"),
-                message=f"the piston of cylinder {cylinder.name!r} is lighter than nothing: what "
-                "moves with it has the rod's share in it",
+                message=f"the piston of cylinder {cylinder.name!r} has a negative mass: what "
+                "moves with it includes the rod's share",
                 found=f"{mass:.6g} kg, with {share:.6g} kg of the rod",
                 allowed=f">= {share:.6g} kg",
                 also=("machine", "crank_train", "rod"),
@@ -104,7 +104,7 @@ def _start(case: Case, roll: "Roll") -> Iterator[Problem]:
             message="started_at fixes the angular momentum, which is not constant on mounts",
             found=f"mounts of {shell.stiffness:.6g} N*m/rad and {shell.damping:.6g} N*m*s/rad",
             allowed="no started_at, or a shell without stiffness and damping",
-            hint="with mounts the steady motion is the same from every start",
+            hint="on mounts the steady motion does not depend on the start",
             also=("machine", "shell", "stiffness" if shell.stiffness else "damping"),
         )
     elif roll.started_at > 2.0 * motor.synchronous_speed:
@@ -126,7 +126,7 @@ def _work(case: Case, roll: "Roll") -> Iterator[Problem]:
     if roll.points is not None and method == "fourier" and roll.points <= 2 * roll.orders:
         yield Problem(
             path=(*ROLL, "points"),
-            message="the points of a turn resolve only orders below half their number",
+            message="the points of a revolution resolve only orders below half their number",
             found=f"{roll.points} points for {roll.orders} orders",
             allowed=f"> {2 * roll.orders} points, or fewer orders",
             also=(*ROLL, "orders"),
@@ -146,7 +146,7 @@ def _work(case: Case, roll: "Roll") -> Iterator[Problem]:
         yield Problem(
             path=(*ROLL, "step"),
             message=f"the step is too long for order {roll.orders}: fewer than "
-            f"{FEWEST_IN_A_PERIOD} steps in its period",
+            f"{FEWEST_IN_A_PERIOD} steps per period",
             found=f"{roll.step:.6g} s",
             allowed=f"<= {longest:.3g} s, or fewer orders",
             also=(*ROLL, "orders"),

@@ -37,7 +37,7 @@ def _poles(motor: "Motor") -> Iterator[Problem]:
     if motor.kind == "dynamic" and motor.poles % 2:
         yield Problem(
             path=(*MOTOR, "poles"),
-            message="a motor has as many north poles as south poles",
+            message="the number of poles must be even",
             found=str(motor.poles),
             allowed="an even number: twice the pole pairs",
         )
@@ -49,18 +49,18 @@ def _table(table: "SlipTable") -> Iterator[Problem]:
     if len(slip) < 2:
         yield Problem(
             path=TABLE,
-            message="a slip table of one row is no curve",
+            message="a slip table needs two rows",
             found=f"slip {slip[0]:.6g} rad/s alone",
             allowed="two rows or more, the first at slip 0",
         )
     elif slip[0] != 0.0 or torque[0] != 0.0:
         yield Problem(
             path=(*TABLE, "slip", 0) if slip[0] else (*TABLE, "torque", 0),
-            message="the slip table has to begin at slip 0 with torque 0",
+            message="the slip table must begin at slip 0 with torque 0",
             found=f"{torque[0]:.6g} N*m at slip {slip[0]:.6g} rad/s in the first row",
             allowed="a first row of 0 and 0",
-            hint="a rotor that turns with the field has no torque; at negative slip the table is "
-            "continued with the sign turned",
+            hint="at synchronous speed the torque is zero; at negative slip the table applies "
+            "with reversed sign",
         )
     elif not any(torque):
         yield Problem(
@@ -80,7 +80,7 @@ def _start(case: "Case", motor: "Motor") -> Iterator[Problem]:
     if slip > largest * (1.0 + 1e-12):
         yield Problem(
             path=(*TABLE, "slip", len(motor.slip_table.slip) - 1),
-            message="the start lies beyond the slip table",
+            message="the slip at the start is outside the slip table",
             found=f"a last slip of {largest:.6g} rad/s, and {slip:.6g} rad/s at the start",
             allowed=f"rows up to {slip:.6g} rad/s, or extrapolation = 'hold' for the last torque "
             "there",

@@ -48,14 +48,14 @@ class Shell(Table):
     stiffness: AngularStiffness = key(
         "of the mounts in roll; with zero damping too: no mounts", 0.0, ge=0
     )
-    damping: AngularDamping = key("of the mounts in roll; negative: feeds energy in", 0.0, ge=0)
+    damping: AngularDamping = key("of the mounts in roll; negative: would supply energy", 0.0, ge=0)
 
 
 class Friction(Table):
     """Friction of crankshaft and pistons in the shell."""
 
     torque: Moment = key("constant, on the crankshaft; negative: drives it", 0.0, ge=0)
-    viscous: AngularDamping = key("on the crankshaft; negative: feeds energy in", 0.0, ge=0)
+    viscous: AngularDamping = key("on the crankshaft; negative: would supply energy", 0.0, ge=0)
     piston_force: Force = key("constant, at each piston; negative: drives it", 0.0, ge=0)
 
 
@@ -81,7 +81,7 @@ class Roll(Table):
     method: RollMethod = key("Gauss collocation on panels, or another method", "collocation")
     orders: int = key("highest harmonic of the spectra", 10, strict=True, ge=1, le=400)
     points: Annotated[int, Field(strict=True, ge=1, le=4096)] | None = key(
-        "nodes of each panel (collocation) or of a turn (fourier); default: as the tolerance needs",
+        "nodes of each panel (collocation) or of a turn (fourier); default: from the tolerance",
         None,
     )
     step: Time | None = key("time step, for the methods euler and rk4", None, gt=0)
@@ -115,7 +115,7 @@ class Roll(Table):
         ),
         refuse(
             "",
-            "the methods euler and rk4 need their step",
+            "the methods euler and rk4 need a step",
             lambda t: "step" not in t and _uses(t, *STEPPING),
             "step = '0.1 ms', for example",
         ),
@@ -158,7 +158,9 @@ class StartUp(Table):
         None,
         gt=0,
     )
-    RULES = (needs("start_within", "angles", "it is for starts from many angles", "angles = 24"),)
+    RULES = (
+        needs("start_within", "angles", "it applies to starts from several angles", "angles = 24"),
+    )
 
 
 # ----------------------------------------------------------------------------

@@ -140,7 +140,7 @@ def _cards(case: Case, speeds: Sequence[At]) -> Iterator[Problem]:
                 message="this speed is outside the range of the gas cards",
                 found=f"{speed:.6g} rad/s",
                 allowed=f"{ends[0]:.6g} to {ends[-1]:.6g} rad/s",
-                hint="a card at this speed, or a range that the cards cover",
+                hint="add a card at this speed, or stay within the range of the cards",
                 also=("machine", "crank_train", "gas_cards"),
             )
 
@@ -284,26 +284,26 @@ def design_problems(case: Case, line: ShaftLine, layout: Layout) -> Iterator[Pro
         if sought and key == "inertia" and bound is None:
             yield Problem(
                 path=DESIGN,
-                message="a free inertia needs bounds: more is always better",
+                message="an inertia in `find` needs bounds: a larger one is always better",
                 allowed="bounds = { inertia = ['2 kg*m^2', '9 kg*m^2'] }, for example",
             )
         if sought and given is not None:
             yield Problem(
                 path=(*DESIGN, key),
-                message=f"{key} is given and to be found",
+                message=f"{key} is given, but `find` names it too",
                 allowed=f"no {key}, or find without it",
                 also=(*DESIGN, "find") if "find" in design.model_fields_set else None,
             )
         elif not sought and given is None and replaced is None and design.on in layout.at:
             yield Problem(
                 path=DESIGN,
-                message=f"the new damper has no {key}, and it is not looked for",
+                message=f"the new damper has no {key}, and `find` does not name it",
                 allowed=f"{key} here, or in find",
             )
         if bound is not None and not sought:
             yield Problem(
                 path=(*DESIGN, "bounds", key),
-                message=f"{key} is not looked for, and bounds hold nothing",
+                message=f"{key} is not in `find`, so that its bounds have no effect",
                 allowed=f"{key} in find, or no such bounds",
             )
     yield from strangers((*DESIGN, "sections"), "shaft", design.sections, layout.sections)

@@ -42,7 +42,7 @@ def _count(line: ShaftLine) -> Iterator[Problem]:
     elif line.gears and line.shafts:
         yield Problem(
             path=(*LINE, "shafts", 0),
-            message="with gears a shaft has to say between which stations it is",
+            message="in a line with gears each shaft needs `between`",
             allowed="between = ['first', 'second'] for every shaft",
             also=(*LINE, "gears", 0),
         )
@@ -64,7 +64,7 @@ def _places(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
         if damper.name in layout.at:
             yield Problem(
                 path=(*LINE, "dampers", place, "name"),
-                message=f"a station is named {damper.name[:60]!r}, too",
+                message=f"a station is also named {damper.name[:60]!r}",
                 allowed="a name of its own: the ring of a damper is a station in the results",
                 also=(*LINE, "stations", layout.at[damper.name], "name"),
             )
@@ -117,7 +117,7 @@ def _cylinders(case: Case, line: ShaftLine) -> Iterator[Problem]:
             if len(left) > 1
             else "a cylinder has no station",
             found=listed(left),
-            allowed="cylinder = '...' on one station for each, or cylinders of a shared pin",
+            allowed="cylinder = '...' on one station per cylinder, or `cylinders` for a shared pin",
             also=("machine", "crank_train", "cylinders"),
         )
 
@@ -132,8 +132,8 @@ def _network(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
             path=(*LINE, "shafts", place) if gear < 0 else (*LINE, "gears", gear),
             message="the ratios around a loop contradict each other: the line cannot turn",
             found=f"{names[one.second]!r} turns {others:.9g} times as fast as "
-            f"{names[one.first]!r} by the others, {stated_ratio:.9g} times by this one",
-            allowed="one ratio between two stations, whichever way it is reckoned",
+            f"{names[one.first]!r} through the other gears, {stated_ratio:.9g} times by this one",
+            allowed="the same ratio along every path between two stations",
             hint="gear wheels turn opposite ways unless reverses = false",
         )
         return
@@ -141,7 +141,7 @@ def _network(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     if strays:
         yield Problem(
             path=(*LINE, "stations", strays[0]),
-            message="the line is in two pieces: nothing joins "
+            message="the line is in two parts: no shaft or gear connects "
             + ("this station" if len(strays) == 1 else "these stations")
             + " to the crankshaft",
             found=listed([names[place] for place in strays]),
@@ -162,7 +162,7 @@ def _network(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
                 path=(*LINE, "stations", place),
                 message="this station has a cylinder and does not turn with the crankshaft",
                 found=f"{ratio:.9g} times the speed of {names[layout.crank]!r}",
-                allowed="all cylinders on one crankshaft, or on shafts of its speed and sense",
+                allowed="all cylinders on one crankshaft, or on shafts with its speed and sense",
             )
 
 

@@ -465,7 +465,7 @@ def _harmonics(row: Row) -> Iterator[Problem]:
             key if row.said(key) else "",
             "each harmonic of a torque has one amplitude",
             found=", ".join(f"{count} of {name}" for name, count in counts.items()),
-            allowed="as many entries in each",
+            allowed="the same number of entries in each",
         )
 
 

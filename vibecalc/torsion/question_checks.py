@@ -203,7 +203,7 @@ def _shafts(
             else "no shaft has a section modulus for a stress limit",
             allowed="sections and crank here, or pin_fillet and journal_fillet on throws"
             if of_cranks
-            else "diameter, section_modulus or section on the shafts that it is for",
+            else "diameter, section_modulus or section on the shafts to be limited",
         )
     for place, (name, shaft) in enumerate(shafts.items()):
         if name in (limit.sections or usable):
@@ -379,7 +379,7 @@ def change_problems(line: ShaftLine, layout: Layout, torsion: Torsion) -> Iterat
     if change.cylinder is not None and change.cylinder in torsion.misfire:
         yield Problem(
             path=(*TRANSIENT_TABLE, "cylinder"),
-            message=f"cylinder {change.cylinder[:60]!r} does not fire from the start",
+            message=f"cylinder {change.cylinder[:60]!r} misfires from the start",
             allowed="a cylinder that is not in misfire",
             also=("response", "torsion", "misfire"),
         )
@@ -505,8 +505,8 @@ def steps_problems(case: Case, change: "Transient") -> Iterator[Problem]:
     yield Problem(
         path=(*TRANSIENT_TABLE, key) if key in change.model_fields_set else TRANSIENT_TABLE,
         message="the change takes too many steps in time",
-        found=f"{steps:.3g} steps or more, for {sum(spans.values()) / 6.283185307:.3g} turns of "
-        "the crank",
+        found=f"{steps:.3g} steps or more, for {sum(spans.values()) / 6.283185307:.3g} revolutions "
+        "of the crank",
         allowed=f"{MOST_STEPS:.3g} steps",
         hint="a faster change, less time before and after it, or fewer orders",
     )

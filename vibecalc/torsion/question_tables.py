@@ -484,7 +484,7 @@ class Transient(Table):
         ordered(
             "from",
             "to",
-            "a run-up has to go from a lower to a higher speed",
+            "a run-up must go from a lower to a higher speed",
             when=lambda t: t["kind"] == "run_up",
         ),
         ordered(

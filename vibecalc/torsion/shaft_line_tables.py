@@ -94,7 +94,7 @@ SectionModulus = Annotated[float, Field(gt=0), Unit("m^3", "a section modulus")]
 LinearStiffness = Annotated[float, Field(gt=0), Unit("N/m")]
 Teeth = Annotated[int, Field(strict=True, ge=3, le=100_000)]
 TwoNames = tuple[Name, Name]
-_NARROWER = "a bore has to be narrower than what it is in"
+_NARROWER = "a bore must be smaller than the outer diameter"
 _TWO_ENDS = "a rectangular web has two ends"
 
 
@@ -170,9 +170,9 @@ class Station(Table):
     RULES = (
         refuse(
             "name",
-            "the station has a name of blanks",
+            "the name of the station is blank",
             lambda t: isinstance(t["name"], str) and t["name"].isspace(),
-            "a name that can be read",
+            "a name with visible characters",
         ),
         one_of("inertia", "throw"),
         at_most_one("cylinder", "cylinders"),
@@ -360,7 +360,7 @@ def _some_between(row: Row) -> Iterator[Problem]:
     if said and silent:
         yield row.problem(
             (*row.path, "shafts", silent[0]),
-            "this shaft does not say between which stations it is, and others do",
+            "this shaft has no `between`, but others have one",
             allowed="between = ['first', 'second'] for every shaft, or for none",
             also=(*row.path, "shafts", said[0], "between"),
         )

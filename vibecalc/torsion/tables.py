@@ -67,7 +67,7 @@ class LineSpeeds(Table):
         le=1_000_000,
     )
     spacing: Literal["linear", "logarithmic"] = key("spacing of the points", "linear")
-    RULES = (ordered("from", "to", "speeds have to go from a lower to a higher one"),)
+    RULES = (ordered("from", "to", "speeds must go from a lower to a higher one"),)
 
 
 class LineOrders(Table):
@@ -82,7 +82,7 @@ class LineOrders(Table):
         at_most_one("count", "highest"),
         refuse(
             "step",
-            "an engine excites half orders and whole orders, no others",
+            "an engine excites half and whole orders only",
             lambda t: (t.number("step") or 0.0) > 0.0 and t.number("step") not in (0.5, 1.0),
             "0.5 or 1",
             found="step = {step}",
@@ -113,7 +113,7 @@ class ProportionalDamping(Table):
     RULES = (
         refuse(
             "",
-            "Rayleigh damping goes through the ratios of two modes",
+            "Rayleigh damping is defined by the ratios of two modes",
             lambda t: t["kind"] == "rayleigh" and not _through(t),
             "modes = [2, 3] and ratios = [0.01, 0.01], for example",
         ),
@@ -141,7 +141,7 @@ class VariableInertia(Table):
     """The variable inertia of the crank train over a revolution."""
 
     orders: Annotated[int, Field(strict=True, ge=1, le=400)] | None = key(
-        "highest harmonic of the motion; default: as the tolerance needs", None
+        "highest harmonic of the motion; default: from the tolerance", None
     )
 
 
@@ -273,7 +273,7 @@ class DamperDesign(Table):
         wants("machine.shaft_line", "stations and shafts of the line", of="engine"),
         refuse(
             "",
-            "[damper_design] does not say over which speeds",
+            "the speed range of [damper_design] is missing",
             lambda t: "speeds" not in {*t.data, *table_at(t.case, "response", "torsion")},
             "speeds = { from = '300 rpm', to = '900 rpm' } here or in [response.torsion]",
         ),

@@ -101,7 +101,7 @@ def columns_of(text: str) -> Columns:
     (first, names), rows = rows[0], rows[1:]
     if not rows:
         raise Unreadable(
-            "the file has a line of names and no values", "lines of values below the names"
+            "the file has column names but no values", "lines of values below the names"
         )
     if len(rows) > MOST_ROWS:
         raise TooLong(f"the file has {len(rows)} lines of values", f"up to {MOST_ROWS}")
@@ -111,7 +111,7 @@ def columns_of(text: str) -> Columns:
         if len(row) < len(names) or any(row[len(names) :]):
             raise Unreadable(
                 f"line {line} of the file has {len(row)} cell{'' if len(row) == 1 else 's'}",
-                f"{len(names)}, as in the line of names",
+                f"{len(names)}, as in the header line",
                 _parted(row, separator),
                 line=line,
             )
@@ -143,7 +143,7 @@ def _parted(row: Sequence[str], separator: str) -> str:
     others = (sign for sign in _SEPARATORS if sign != separator)
     if not any(sign in cell for sign in others for cell in row):
         return ""
-    return f"cells are separated by {_SEPARATORS[separator]}, as in the line of names"
+    return f"cells are separated by {_SEPARATORS[separator]}, as in the header line"
 
 
 def _rows(numbered: Sequence[tuple[int, str]], separator: str) -> list[tuple[int, list[str]]]:
@@ -260,14 +260,14 @@ def numbers_of(name: str, column: Column) -> list[str]:
         try:
             digits, unit = split_number(written)
         except UnitError as error:
-            what = f"{error.message}: {written[:40]!r}" if cell else "no number"
+            what = f"{error.message}: {written[:40]!r}" if cell else "empty cell"
             raise Unreadable(what, "a finite number in every cell", error.hint) from None
         if not math.isfinite(float(digits)):
             what = f"too large for a double: {written[:40]!r}"
             raise Unreadable(what, "a finite number in every cell")
         if column.unit and unit:
             what = f"the unit is given twice: {written[:40]!r}"
-            raise Unreadable(what, f"numbers alone in a column of [{column.unit}]")
+            raise Unreadable(what, f"numbers without a unit in a column of [{column.unit}]")
         return written
 
     return _each(name, column, read)
@@ -316,7 +316,7 @@ def values_of(name: str, column: Column, shape: "Shape") -> list[Any]:
         return [f"{one} {column.unit}" if column.unit else label(one) for one in numbers]
     if column.unit:
         raise Unreadable(
-            f"column {name} is not of numbers with a unit and has one: {column.unit[:40]!r}",
+            f"column {name} takes no unit, but has one: {column.unit[:40]!r}",
             "its name alone",
             line=column.head,
         )

@@ -209,7 +209,9 @@ def _attach_stock(stock: Data, folder: Path) -> None:
         columns = read_columns(folder, name)
         first, *keys = columns
         if not keys:
-            raise Unreadable("there is one column only", "a column of names, then one for each key")
+            raise Unreadable(
+                "the file has only one column", "a column of names, then one for each key"
+            )
         cells = {key: _with_unit(key, columns[key]) for key in keys}
         items = [
             {"name": item, "values": {key: cells[key][place] for key in keys}}
@@ -234,18 +236,20 @@ def _with_unit(name: str, column: Column) -> list[str]:
 def _attach_reference(row: Data, folder: Path) -> None:
     twice = [key for key in ("entry", "value") if key in row]
     if twice:
-        raise Unreadable(f"{twice[0]} and file are mutually exclusive", "one way or the other")
+        raise Unreadable(f"{twice[0]} and file are mutually exclusive", "one of the two")
     columns = read_columns(folder, row["file"])
     first, *others = columns
     if not others:
-        raise Unreadable("there is one column only", "a column of entries, then values")
+        raise Unreadable("the file has only one column", "a column of entries, then values")
     if len(others) > 1 and "column" not in row:
-        raise Unreadable("which column of the file?", f"column = one of {listed(others)}")
+        raise Unreadable(
+            "the file has several columns of values", f"column = one of {listed(others)}"
+        )
     chosen = _chosen(row, "column", "values", others) if "column" in row else others[0]
     column, entries = columns[chosen], columns[first]
     given = [place for place, value in enumerate(column.cells) if value]
     if not given:
-        raise Unreadable(f"column {chosen} has no values", "a number in one line at least")
+        raise Unreadable(f"column {chosen} has no values", "at least one number")
     if column.unit and row.get("unit", column.unit) != column.unit:
         raise Unreadable(
             f"column {chosen} is in {column.unit[:40]}, and unit = {str(row['unit'])[:40]!r}",

@@ -329,7 +329,7 @@ class ByKind:
         if self.kind_of and self.key not in row and kind != usual:
             yield row.problem(
                 "",
-                f"this {self.what} does not say its kind",
+                f"the kind of this {self.what} is missing",
                 found=", ".join(key for key in row.data if key in self._known()),
                 allowed=f"{self.key} = {kind!r}, with {', '.join(needed)}",
                 hint=f"without a kind it is {usual!r}",
@@ -506,7 +506,7 @@ def same_length(*columns: str, what: str = "") -> Rule:
                 "",
                 f"the columns of {what or row.path[-1]} differ in length",
                 found=", ".join(f"{len(rows)} of {key}" for key, rows in lists.items()),
-                allowed="as many entries in each",
+                allowed="the same number of entries in each",
             )
 
     return rule
@@ -523,7 +523,7 @@ def ordered(
         if first is not None and last is not None and not first < last and (not when or when(row)):
             yield row.problem(
                 low if low in row else high,
-                message or f"{row.header()} has to go from a lower to a higher value",
+                message or f"{row.header()} must go from a lower to a higher value",
                 found=f"{low} {str(row[low])[:40]}{joined}{high} {str(row[high])[:40]}",
                 allowed=f"{low} < {high}",
                 also=high if low in row else (),
@@ -533,7 +533,7 @@ def ordered(
 
 
 #: of a table that says from which speed to which one
-upwards = ordered("from", "to", "a run-up has to go from a lower to a higher speed")
+upwards = ordered("from", "to", "a run-up must go from a lower to a higher speed")
 
 
 def below(low: str, high: str, message: str, equal: bool = False) -> Rule:
@@ -564,7 +564,7 @@ def pair_ordered(key: str, equal: bool = True) -> Rule:
         if not equal or numbers[0] > numbers[1]:
             yield row.problem(
                 key,
-                f"{key} has to go from a lower to a higher value",
+                f"{key} must go from a lower to a higher value",
                 found=f"{ends[0]} to {ends[1]}",
                 allowed=f"from {'<=' if equal else '<'} to",
             )

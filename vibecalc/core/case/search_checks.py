@@ -118,7 +118,7 @@ def _bounds(row: Row, shape: Shape) -> Generator[Problem, None, list[float]]:
             yield unit_problem(error, row.place(side), shape, f"{side}: ")
             continue
         if not shape.allows(values[-1]):
-            message = f"{side} is a value that {row['key']} must not have"
+            message = f"{side} is outside the range of {row['key']}"
             yield row.problem(side, message, found=str(row[side])[:60], allowed=bound_words(shape))
     if len(values) == 2 and not values[0] < values[1]:
         yield row.problem(

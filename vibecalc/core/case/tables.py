@@ -89,15 +89,15 @@ def _numbers(row: Row) -> Iterator[Problem]:
     if lacking:
         yield row.problem(
             given[0] if given else "",
-            f"{given[0]} without {lacking[0]}" if given else "a table without numbers",
+            f"{given[0]} without {lacking[0]}" if given else "the table has no values",
             allowed="a file, or entry and value",
         )
     elif len(entries) != len(values) or row["entry"] == []:
         yield row.problem(
             "value",
-            "each entry has one value",
+            "entry and value differ in length",
             found=f"{len(entries)} of entry and {len(values)} of value",
-            allowed="as many of the one as of the other, at least one",
+            allowed="the same number of each, at least one",
             also="entry",
         )
 
@@ -196,7 +196,7 @@ def contradictions(row: Row) -> Iterator[Problem]:
             first, second = sorted((pair["min"][1], pair["max"][1]), key=lambda path: path[1])
             yield row.problem(
                 second,
-                "two bounds contradict each other: no value can keep both",
+                "the bounds contradict each other: no value can satisfy both",
                 found=f"min = {low} and max = {high}",
                 allowed="min <= max",
                 also=first,

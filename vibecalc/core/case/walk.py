@@ -111,7 +111,7 @@ def words(shape: Shape) -> str:
         size = f"a list of {fewest if fewest == most else size} entries"
         return ", ".join(filter(None, (size, each)))
     if shape.kind == "text":
-        return "a text" if most is None else f"a text of {fewest} to {most} letters"
+        return "a text" if most is None else f"a text of {fewest} to {most} characters"
     if shape.kind == "table":
         return f"a table with {', '.join(keys_of(shape.table))}" if shape.table else "a table"
     if shape.kind == "flag":

@@ -88,9 +88,12 @@ def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
     """The first table of a result as a block; nothing if there is nothing to show."""
     rows = []
     for one in with_limits(result, limits):
-        held = "\n".join(dict.fromkeys(map(_held, one.limits)))
-        rows.append([one.name, one.shown, read(_told_unit(one)), one.where, held])
-    return table(("result", number("value"), "unit", "where", "limit"), rows)
+        words = dict.fromkeys(map(_held, one.limits)), dict.fromkeys(map(_share, one.limits))
+        held, shares = ("\n".join(each) for each in words)
+        rows.append([one.name, one.shown, read(_told_unit(one)), one.where, held, shares])
+    heads = ("result", number("value"), "unit", "where", "limit", number("util. %"))
+    used = len(heads) - (not any(row[-1] for row in rows))
+    return table(heads[:used], [row[:used] for row in rows])
 
 
 def _told_unit(answer: Answer) -> str:
@@ -189,15 +192,18 @@ def _own_row(limit: Verdict) -> Answer:
 
 
 def _held(limit: Verdict) -> str:
-    """Bounds, utilisation and verdict, `max 400 (24.5 %) kept`; capitals where that is not as
-    expected. What is a utilisation itself has none."""
+    """Bounds and verdict, `max 400 kept`; capitals where that is not as expected."""
     verdict = limit.state if limit.satisfied else limit.state.upper()
     entry = CATALOGUE.get(limit.quantity)
     if entry is not None and entry.flag and limit.max == 0.0:
         return f"must be no, {verdict}"
+    return f"{', '.join(bounds_of(limit))} {verdict}"
+
+
+def _share(limit: Verdict) -> str:
+    """The utilisation in percent; nothing where the result itself is one."""
     known = math.isfinite(limit.utilisation) and limit.unit != "%"
-    use = f"({show(100.0 * limit.utilisation, digits=3)} %) " if known else ""
-    return f"{', '.join(bounds_of(limit))} {use}{verdict}"
+    return show(100.0 * limit.utilisation, digits=3) if known else ""
 
 
 def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[Answer]:

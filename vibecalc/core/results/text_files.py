@@ -64,7 +64,7 @@ def checked(content: bytes, largest: int) -> bytes:
     if len(content) > largest:
         raise TooLarge(f"is larger than {largest / 1e6:g} MB")
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise Unfit("is a text in UTF-16", "save it in UTF-8")
+        raise Unfit("is encoded in UTF-16", "save it in UTF-8")
     return content
 
 
@@ -84,13 +84,13 @@ def text_of(content: bytes) -> str:
     """The text in the bytes of a file, in UTF-8 with or without its mark. Raises Unfit."""
     if b"\0" in content:
         line = _line(content, content.index(b"\0"))
-        raise Unfit(f"is no text: a null character in line {line}")
+        raise Unfit(f"is not a text file: null character in line {line}")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise Unfit(
-            f"is no text in UTF-8 (line {_line(content, error.start)})",
-            "save it in UTF-8, which programs for spreadsheets call 'CSV UTF-8'",
+            f"is not text in UTF-8 (line {_line(content, error.start)})",
+            "save it in UTF-8, in spreadsheet programs 'CSV UTF-8'",
         ) from None
 
 

@@ -54,10 +54,29 @@ def slopes_along(
     Near a wall the five points shift inwards. Truncation is judged from the difference to the
     formula through the three nearest of them; where it exceeds the noise the spacing shrinks.
     """
-    points = [_points(values, unit, one, SPACINGS[0])[1] for one in directions]
-    values.ahead([point for row in points for point in row])
-    found = [_slope(values, unit, one, noise) for one in directions]
-    return Slope(*(np.stack(one, axis=1) for one in zip(*found, strict=True)))
+    best: list[Slope | None] = [None] * len(directions)
+    left = range(len(directions))
+    for spacing in SPACINGS:
+        asked = [_points(values, unit, directions[one], spacing) for one in left]
+        values.ahead([point for _, points in asked for point in points])
+        again = []
+        for one, (nodes, points) in zip(left, asked, strict=True):
+            rows = [row for row in map(values, points) if row is not None]
+            if len(rows) < len(points):
+                again.append(one)
+                continue
+            found, truncation = _at_spacing(np.array(rows), nodes, noise, spacing)
+            best[one] = known = _better(found, best[one])
+            settled = truncation <= np.maximum(found.error - truncation, 1e-9)
+            if not np.all(settled & ~known.kinked):
+                again.append(one)
+        left = again
+    slopes = [one for one in best if one is not None]
+    if len(slopes) < len(best):
+        raise NumericalFailure(
+            f"no derivative at {unit.tolist()} of the unit cube: points around it have no value"
+        )
+    return Slope(*(np.stack(one, axis=1) for one in zip(*slopes, strict=True)))
 
 
 def gradient(values: Sampler, unit: np.ndarray, noise: np.ndarray) -> Slope:
@@ -65,28 +84,14 @@ def gradient(values: Sampler, unit: np.ndarray, noise: np.ndarray) -> Slope:
     return slopes_along(values, unit, np.eye(unit.size), noise)
 
 
-def _slope(values: Sampler, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray) -> Slope:
-    best: Slope | None = None
-    for spacing in SPACINGS:
-        nodes, points = _points(values, unit, direction, spacing)
-        values.ahead(points)
-        rows = [row for row in map(values, points) if row is not None]
-        if len(rows) < len(points):
-            continue
-        found, truncation = _at_spacing(np.array(rows), nodes, noise, spacing)
-        known = best or found
-        better = (known.kinked & ~found.kinked) | (
-            (known.kinked == found.kinked) & (found.error < known.error)
-        )
-        best = Slope(*(np.where(better, n, o) for n, o in zip(found, known, strict=True)))
-        settled = truncation <= np.maximum(found.error - truncation, 1e-9)
-        if np.all(settled & ~best.kinked):
-            break
-    if best is None:
-        raise NumericalFailure(
-            f"no derivative at {unit.tolist()} of the unit cube: points around it have no value"
-        )
-    return best
+def _better(found: Slope, known: Slope | None) -> Slope:
+    """Of each value what has the smaller error, of derivatives without a kink if there are any."""
+    if known is None:
+        return found
+    better = (known.kinked & ~found.kinked) | (
+        (known.kinked == found.kinked) & (found.error < known.error)
+    )
+    return Slope(*(np.where(better, n, o) for n, o in zip(found, known, strict=True)))
 
 
 def measured_noise(values: Sampler, unit: np.ndarray) -> np.ndarray:

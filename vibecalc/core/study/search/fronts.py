@@ -159,14 +159,18 @@ class _Tracer:
         """
         place, away, box = optimum.variables, optimum.variables_error, self.problem.box
         here, errors = self.values(place), self.at(place)[2][: self.span.size].copy()
-        for axis in np.flatnonzero(away):
-            step = max(_STEP * (box.upper[axis] - box.lower[axis]), float(away[axis]))
+        axes = np.flatnonzero(away)
+        steps = np.maximum(_STEP * (box.upper - box.lower), away)
+        sides = np.diag(steps)[axes]
+        near = np.clip(place + np.stack([-sides, sides]), box.lower, box.upper)
+        if self.problem.ahead is not None and axes.size:
+            self.problem.ahead(near.reshape(-1, place.size))
+        for which, axis in enumerate(axes):
             slopes = [np.zeros_like(here)]
-            for side in (-step, step):
-                near = np.clip(place + side * np.eye(place.size)[axis], box.lower, box.upper)
+            for moved in near[:, which]:
                 with suppress(NumericalFailure):
-                    moved = max(float(np.abs(near - place)[axis]), 1e-300)
-                    slopes.append(np.abs(self.values(near) - here) / moved)
+                    far = max(float(np.abs(moved - place)[axis]), 1e-300)
+                    slopes.append(np.abs(self.values(moved) - here) / far)
             errors += float(away[axis]) * np.max(slopes, axis=0)
         if goal is not None:
             errors[goal] = optimum.objective_error * self.span[goal]

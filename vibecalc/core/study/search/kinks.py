@@ -5,7 +5,7 @@ from contextlib import suppress
 import numpy as np
 
 from vibecalc.core.study.search.derivatives import measured_noise
-from vibecalc.core.study.search.local_search import Stranded, forward_slopes
+from vibecalc.core.study.search.local_search import Stranded, forward_slopes, with_steps
 from vibecalc.core.study.search.newton import Refined, walls
 from vibecalc.core.study.search.problem import KNOWN, Sampler, spread
 
@@ -58,7 +58,14 @@ def settle(values: Sampler, start: np.ndarray) -> Refined | None:
     planes: list[_Plane] = []
     fresh = [(unit, 0.5)] * (2 * start.size + 1)
     for _ in range(MOST_ROUNDS):
-        more = [_plane(values, point, size * radius, next(offsets)) for point, size in fresh]
+        sizes = [size * radius for _, size in fresh]
+        beside = [one + size * next(offsets) for (one, _), size in zip(fresh, sizes, strict=True)]
+        asked = [
+            (values.box.inside(point), min(1e-7, 2e-3 * size))
+            for point, size in zip(beside, sizes, strict=True)
+        ]
+        values.ahead([one for place in asked for one in with_steps(*place)])
+        more = [_plane(values, *place) for place in asked]
         planes = [
             plane
             for plane in planes + [one for one in more if one is not None]
@@ -118,14 +125,13 @@ def _merit(values: Sampler, unit: np.ndarray) -> float:
     return values.top(unit) + PRICE * values.violation(unit)
 
 
-def _plane(values: Sampler, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
-    """The tangent plane at a point alongside `unit`, or None if it cannot be evaluated there."""
-    point = values.box.inside(unit + size * offset)
+def _plane(values: Sampler, point: np.ndarray, step: float) -> _Plane | None:
+    """The tangent plane at a point, from steps aside; None if it cannot be evaluated there."""
     height = values(point)
     if height is None:
         return None
     with suppress(Stranded):
-        return point, height, forward_slopes(values, point, min(1e-7, 2e-3 * size))
+        return point, height, forward_slopes(values, point, step)
     return None
 
 

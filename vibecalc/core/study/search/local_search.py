@@ -10,6 +10,7 @@ from vibecalc.core.study.search.problem import (
     Search,
     spread,
 )
+from vibecalc.core.study.search.side_by_side import side_by_side
 from vibecalc.errors import NumericalFailure
 
 # ----------------------------------------------------------------------------
@@ -21,6 +22,8 @@ STEP = 1e-6
 ACCURACY = 1e-7
 FINE_ACCURACY = 1e-13
 MOST_STEPS = 60
+#: steps without gain that end a search, and the share of a violation whose loss is none
+IDLE, SLIGHT = 2, 1e-3
 #: a norm below this, in scaled units, is left to the method for zeros
 VANISHING = 1e-3
 
@@ -55,23 +58,25 @@ def local_search(values: Sampler, start: np.ndarray, *, to_the_end: bool = False
     is_part = np.arange(first.size) < parts
     top = float(np.max(first[:parts]))
     bad = np.where(is_part, top + 1e3, -1.0)
-    several = parts > 1
+    several, idle = parts > 1, 0
+    accuracy = FINE_ACCURACY if to_the_end else ACCURACY
 
     def at(place: np.ndarray) -> np.ndarray:
         unit = box.inside(place[:size])
-        steps = [unit + step for step in np.diag(_sides(unit, STEP))]
-        values.ahead([unit, *steps])  # the derivatives are asked for next, as a rule
+        values.ahead(with_steps(unit))  # the derivatives are asked for next, as a rule
         vector = values(unit)
         return bad if vector is None else vector
 
     def jacobian(place: np.ndarray) -> np.ndarray:
-        nonlocal best
+        nonlocal best, idle
         unit = box.inside(place[:size])
         centre = values(unit)
         if centre is None:
             raise Stranded
+        if not np.array_equal(unit, best):
+            idle = idle + 1 if _is_level(values(best), centre, parts, accuracy) else 0
         best = unit
-        if not to_the_end and _vanishing(values, centre):
+        if idle >= IDLE or (not to_the_end and _vanishing(values, centre)):
             raise Stranded
         return forward_slopes(values, unit)
 
@@ -95,11 +100,23 @@ def local_search(values: Sampler, start: np.ndarray, *, to_the_end: bool = False
             method="SLSQP",
             bounds=bounds + [(None, None)] * several,
             constraints=limited if first.size > 1 else (),
-            options={"ftol": FINE_ACCURACY if to_the_end else ACCURACY, "maxiter": MOST_STEPS},
+            options={"ftol": accuracy, "maxiter": MOST_STEPS},
         ).x[:size]
         if np.all(np.isfinite(end)) and values(end) is not None:
             best = end
     return box.fold(best)
+
+
+def _is_level(before: np.ndarray | None, after: np.ndarray, parts: int, accuracy: float) -> bool:
+    """Whether a step changed neither the objective nor, by much, how far limits are broken.
+
+    SLSQP ends by itself where it gains little and limits hold; where none can be kept it goes on.
+    """
+    if before is None:
+        return False
+    tops = [float(np.max(one[:parts])) for one in (before, after)]
+    broken = [float(np.max(-one[parts:], initial=0.0)) for one in (before, after)]
+    return abs(tops[1] - tops[0]) <= accuracy and broken[1] >= (1.0 - SLIGHT) * broken[0]
 
 
 def _vanishing(values: Sampler, vector: np.ndarray) -> bool:
@@ -108,14 +125,19 @@ def _vanishing(values: Sampler, vector: np.ndarray) -> bool:
     return one and 0 <= vector[0] < VANISHING and bool(np.all(vector[1:] >= 0))
 
 
+def with_steps(unit: np.ndarray, step: float = STEP) -> list[np.ndarray]:
+    """A point and those that its `forward_slopes` ask for first."""
+    return [unit, *(unit + _sides(unit, step))]
+
+
 def _sides(unit: np.ndarray, step: float) -> np.ndarray:
-    return np.where(unit < 0.5, step, -step)
+    return np.diag(np.where(unit < 0.5, step, -step))
 
 
 def forward_slopes(values: Sampler, unit: np.ndarray, step: float = STEP) -> np.ndarray:
     """Slopes (v, k), each from the side that stays inside and can be evaluated; else Stranded."""
     columns, centre = [], values(unit)
-    for side in np.diag(_sides(unit, step)):
+    for side in _sides(unit, step):
         for nearby in (unit + side, unit - side):
             value = values(nearby) if np.array_equal(nearby, values.box.inside(nearby)) else None
             if value is not None and centre is not None:
@@ -132,8 +154,8 @@ def forward_slopes(values: Sampler, unit: np.ndarray, step: float = STEP) -> np.
 
 #: an objective whose change is a smaller share of it than this counts as constant
 UNRESOLVED = 2e-11
-#: evaluations after which no further start is searched from
-MOST_EVALUATIONS = 20_000
+#: evaluations after which no further start is searched from, and starts searched from side by side
+MOST_EVALUATIONS, TOGETHER = 20_000, 16
 
 
 def search_all(sampler: Sampler, points: np.ndarray) -> list[Search]:
@@ -157,13 +179,21 @@ def search_all(sampler: Sampler, points: np.ndarray) -> list[Search]:
             f"says: {next(iter(sampler.failures.values()))}"
         )
     ends: list[Search] = []
-    for point in points:
+    together = TOGETHER if sampler.foresees else 1
+    for first in range(0, len(points), together):
         if ends and sampler.count > MOST_EVALUATIONS:
             sampler.notes.append(
                 f"{sampler.count} points ended the search after {len(ends)} of {len(points)} starts"
             )
             break
-        ends.append(_searched(sampler, point, local_search))
+        begun = points[first : first + together]
+        if len(begun) == 1:
+            ends.append(_searched(sampler, begun[0], local_search))
+            continue
+        ends += side_by_side(
+            [lambda ask, at=at: _searched(sampler.asking(ask), at, local_search) for at in begun],
+            sampler.ahead,
+        )
     if not any(end.feasible for end in ends):
         start = _feasible_point(sampler, [end for end in ends if np.isfinite(end.violation)])
         ends.append(_searched(sampler, start, local_search))
@@ -175,9 +205,9 @@ def search_all(sampler: Sampler, points: np.ndarray) -> list[Search]:
 def _searched(
     sampler: Sampler, start: np.ndarray, search: Callable[[Sampler, np.ndarray], np.ndarray]
 ) -> Search:
-    before = sampler.count
+    before = sampler.spent
     unit = start if sampler(start) is None else search(sampler.downhill, start)
-    spent = sampler.count - before
+    spent = sampler.spent - before
     return Search(start, unit, sampler.top(unit), sampler.violation(unit), spent)
 
 
@@ -221,6 +251,7 @@ def set_scale(sampler: Sampler, points: np.ndarray) -> None:
     tops, centre = np.array([sampler.top(point) for point in known]), known[0]
 
     def changes_to(points: np.ndarray, factor: float) -> list[float]:
+        sampler.ahead(list(points))
         there = np.array([sampler.top(point) for point in points])
         return list(factor * np.abs(there[np.isfinite(there)] - tops[0]))
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.core.study.search.side_by_side import Ask
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -181,6 +182,8 @@ class Sampler:
         self.failures: dict[bytes, str] = {}
         self.parts, self.entries = 1, list[int]()
         self._problem, self._whole, self._extremes = problem, 1, [np.inf, 0.0]
+        self._ask: Ask | None = None
+        self._spent = [0]
         self._known: dict[bytes, np.ndarray | None] = {}
         self._off: dict[bytes, np.ndarray] = {}
         self._changes: tuple[Change, Change] | None = None
@@ -194,6 +197,12 @@ class Sampler:
         """The same points with changed vectors, of which `parts` are the objective, and errors."""
         other = copy.copy(self)
         other._changes, other.parts = (change, off), parts
+        return other
+
+    def asking(self, ask: Ask) -> "Sampler":
+        """The same points for one of several searches, which `ask` for them and count their own."""
+        other = copy.copy(self)
+        other._ask, other._spent = ask, [0]
         return other
 
     def largest_part(self, power: int = 1) -> "Sampler":
@@ -213,6 +222,16 @@ class Sampler:
         return len(self._known)
 
     @property
+    def spent(self) -> int:
+        """Those of this search."""
+        return self._spent[0]
+
+    @property
+    def foresees(self) -> bool:
+        """Whether points may be computed before they are asked for."""
+        return self._problem.ahead is not None
+
+    @property
     def smallest(self) -> float:
         """Of the objectives met; of a view it is not known."""
         return self._extremes[0] if self._changes is None else -np.inf
@@ -226,6 +245,7 @@ class Sampler:
         unit = self.box.fold(unit)
         key = unit.tobytes()
         if key not in self._known:
+            self._spent[0] += 1
             self._known[key] = self._fresh(key, unit)
         raw = self._known[key]
         if raw is None:
@@ -284,7 +304,9 @@ class Sampler:
             return
         fresh = {unit.tobytes(): unit for unit in map(self.box.fold, units)}
         left = [unit for key, unit in fresh.items() if key not in self._known]
-        if len(left) > 1:
+        if self._ask is not None and left:
+            self._ask(left)
+        elif len(left) > 1:
             self._problem.ahead(self.box.values(np.stack(left)))
 
     def of_limits(self, margins: np.ndarray, how: Callable[[np.ndarray], float]) -> np.ndarray:

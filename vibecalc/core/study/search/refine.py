@@ -67,6 +67,7 @@ def _lower_nearby(sampler: Sampler, unit: np.ndarray, optimum: Refined | None) -
     axes = np.eye(unit.size)
     directions = np.vstack([axes, -axes, 2 * spread(4 * unit.size, unit.size) - 1])
     near = [sampler.box.fold(unit + size * one) for one in directions for size in (1e-2, 1e-3)]
+    sampler.ahead(near)
     kept = [one for one in near if sampler.violation(one) <= 0.0]
     lowest = min(kept, key=sampler.top, default=unit)
     return lowest if sampler.top(lowest) < sampler.top(unit) - margin else None
@@ -102,5 +103,6 @@ def _zero(sampler: Sampler, unit: np.ndarray) -> Refined | None:
 def _is_cone(sampler: Sampler, unit: np.ndarray) -> bool:
     """Whether the objective grows with the distance from its zero, not with its square."""
     steps = np.diag(np.where(unit < 0.5, 1e-4, -1e-4))
+    sampler.ahead([unit + step for step in steps])
     step = max(steps, key=lambda one: sampler.top(unit + one))
     return sampler.top(unit + 2 * step) < 3 * sampler.top(unit + step)

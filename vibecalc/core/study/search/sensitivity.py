@@ -75,20 +75,29 @@ def cost_of_deviation(problem: Problem, at: ArrayLike) -> np.ndarray:
     """
     box, point = problem.box, np.asarray(at, dtype=float)
     low, high = box.lower, box.upper
+    places = [
+        [
+            moved
+            for moved in (point + step, point - step)
+            if box.around[axis] or low[axis] <= moved[axis] <= high[axis]
+        ]
+        for axis, step in enumerate(np.diag(DEVIATION * (high - low)))
+    ]
+    if problem.ahead is not None:
+        problem.ahead(np.array([point, *(moved for pair in places for moved in pair)]))
     goal, _, *off = problem.evaluate(point)
     here, rows = float(np.max(goal)), np.full((point.size, 4), np.nan)
-    for axis, step in enumerate(np.diag(DEVIATION * (high - low))):
+    for axis, pair in enumerate(places):
         found = []
-        for moved in (point + step, point - step):
-            if box.around[axis] or low[axis] <= moved[axis] <= high[axis]:
-                with suppress(NumericalFailure):
-                    goal, margins, *more = problem.evaluate(moved)
-                    there = float(np.max(goal))
-                    least = min((float(np.min(one)) for one in margins), default=np.inf)
-                    error = 4.0 * EPSILON * (abs(there) + abs(here))
-                    error += sum(float(one[0]) for one in (*off, *more))
-                    if np.isfinite(there):
-                        found.append((moved[axis] - point[axis], there - here, error, least))
+        for moved in pair:
+            with suppress(NumericalFailure):
+                goal, margins, *more = problem.evaluate(moved)
+                there = float(np.max(goal))
+                least = min((float(np.min(one)) for one in margins), default=np.inf)
+                error = 4.0 * EPSILON * (abs(there) + abs(here))
+                error += sum(float(one[0]) for one in (*off, *more))
+                if np.isfinite(there):
+                    found.append((moved[axis] - point[axis], there - here, error, least))
         if found:
             # where both directions cost the same, rounding would choose: the first counts
             first, worse = found[0], max(found, key=lambda one: one[1])

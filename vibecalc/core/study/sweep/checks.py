@@ -48,7 +48,7 @@ def _forbidden_values(design: Design) -> Iterator[Problem]:
         one_sided = values.described.get("distribution") == "normal"
         yield Problem(
             path=key.place,
-            message=f"{key.key} takes values that it must not have",
+            message=f"{key.key} takes values outside its range",
             found=" ".join(filter(None, (shown, key.unit, many))),
             allowed=bound_words(shape) or "a finite number",
             hint="lognormal and triangular distributions have an end" if one_sided else "",
