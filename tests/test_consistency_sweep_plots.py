@@ -145,9 +145,7 @@ def test_resonances_are_marked_over_the_speed() -> None:
     marks = [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]
     rpm = 60.0 / (2.0 * np.pi)
     assert sorted(marks) == pytest.approx(sorted(rpm * np.array([90.0, 140.0, 70.0])))
-    assert {"order 1, mode 1", "order 1, mode 2", "order 2, mode 2"} <= {
-        text.get_text() for text in axes.texts
-    }
+    assert {"mode 1 / 1", "mode 2 / 1", "mode 2 / 2"} <= {text.get_text() for text in axes.texts}
     assert axes.get_ylabel() == "energy in J"
 
 

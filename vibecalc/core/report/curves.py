@@ -24,6 +24,7 @@ from vibecalc.core.report.canvas import (
     crank_angle_axis,
     dotted,
     gaps,
+    keep_apart,
     note,
     only,
     operating_line,
@@ -65,8 +66,6 @@ _FEW_ORDERS = 6.0
 _EARLY = 0.02
 #: ratio of places below which two marks have no room for words of their own
 _CLOSE = 1.18
-#: and within which a word beside the line of a resonance stands
-_BESIDE = 1.06
 #: of the axis, beyond which words stand at the left of their dot
 _RIGHT = 0.7
 #: of the largest value, bars up to which are not seen and have no name
@@ -81,8 +80,14 @@ _HANDLE = 7
 _LEVEL = 2
 #: height of a strip of spans at the foot
 _STRIP = 0.05
-#: room above curves for the words of resonances, as a factor, for one mode and for several
-_ROOM = (1.3, 2.1)
+#: of the width of a picture, the least distance of two names above axes
+_APART = 0.03
+#: points of room for such names between the axes and their title
+_ROOM = 70.0
+#: of the height of a curve, how near a limit leaves no room for words between them
+_TIGHT = 0.1
+#: bars end the axis where they are in its first part
+_HALF = 0.5
 #: the least that has a place on a logarithmic axis
 _LEAST = 1e-300
 #: the lowest speed of a logarithmic axis, of the highest one: below it little moves
@@ -168,9 +173,11 @@ class Curve:
         upper = sourced(self.upto, plot.result) if self.upto else None
         for names, row, place in self.rows(quantity, plot.result):
             joined = together(names, quantity)
-            each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {joined}" * any(names)
+            counted = quantity.axes[0].name.replace("_", " ")
+            each = f"{counted}{'s' * (len(names) > 1)} {joined}" * any(names)
             label = said(self.words, plot.result).replace("{}", joined).replace("{each}", each)
-            colour, dashes = plot.colour(joined or label, self.look.get("color"))
+            colour, dashes = plot.colour(self.known_by(names, quantity, plot.result),
+                                         self.look.get("color"))  # fmt: skip
             look = {"color": colour, **self.look, "label": label or None}
             aside, y = 0.0, plot.factor * row[rank]
             if "y" in plot.panel.log:  # what has no place on such an axis is a gap
@@ -198,6 +205,11 @@ class Curve:
         if self.part is None:
             for text, bound in bounds_of(plot.result, quantity.path, entry=False):
                 plot.limit(text, bound)
+
+    def known_by(self, names: Sequence[str], quantity: Quantity, result: Result) -> str:
+        """What a curve has its colour by in all panels: the names that it bears, or its words."""
+        words = said(self.words, result)
+        return words if words and "{" not in words else together(names, quantity) or words
 
     def rows(self, quantity: Quantity, result: Result) -> list[tuple[list[str], np.ndarray, Any]]:
         """What is drawn of the quantity; bars of equal height have a place each."""
@@ -248,6 +260,19 @@ def rows_of(
     taken = set(np.argsort(-np.array(tops), kind="stable")[:most].tolist())
     taken |= {i for i, (names, *_) in enumerate(found) if not set(kept).isdisjoint(names)}
     return [found[i] for i in sorted(taken)]
+
+
+def through(
+    speed: np.ndarray, curve: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A curve (n,) over speeds or frequencies with points (m, 2 or more: where, height) in it.
+
+    Gaps where it is infinite.
+    """
+    fresh = points[~np.isin(points[:, 0], speed)]
+    x, y = np.append(speed, fresh[:, 0]), np.append(curve, fresh[:, 1])
+    rising = np.argsort(x, kind="stable")
+    return x[rising], gaps(y[rising])
 
 
 def together(names: Sequence[str], quantity: Quantity) -> str:
@@ -339,7 +364,10 @@ def peak(
         here, height = float(x[i]), float(y[i])
         if not np.isfinite(height) or height <= 0.0 or sourced(unless, plot.result):
             return
-        over = any(height > plot.factor * bound for _, bound in bounds_of(plot.result, of))
+        bounds = [plot.factor * bound for _, bound in bounds_of(plot.result, of)]
+        over = any(height > bound for bound in bounds)
+        # the words of a limit stand above its line
+        under = below or any(abs(bound - height) < _TIGHT * height for bound in bounds)
         plot.axes.plot([here], [height], "o", color=LIMIT if over else colour, zorder=5)
         ends = plot.drawn[0][0][[0, -1]]
         if "x" in plot.panel.log:
@@ -349,8 +377,8 @@ def peak(
         left = spot - ends[0] > _RIGHT * (ends[1] - ends[0])
         unit = across(plot.axis)[1].rpartition(" in ")[2]
         words = f"{show(height, digits=4)} {plot.unit} at {show(here, digits=4)} {unit}"
-        note(plot.axes, words, (here, height), (-8 if left else 8, -3 if below else 3), zorder=6,
-             ha="right" if left else "left", va="top" if below else "bottom", color=colour,
+        note(plot.axes, words, (here, height), (-8 if left else 8, -3 if under else 3), zorder=6,
+             ha="right" if left else "left", va="top" if under else "bottom", color=colour,
              bbox=PLATE)  # fmt: skip
 
     return draw
@@ -365,40 +393,65 @@ def first_of(record: Record, *paths: str) -> np.ndarray:
 def resonances(*paths: str) -> Mark:
     """Lines where order 1 or 2 meets a natural frequency, of the first of `paths` that is there.
 
-    Close ones of an order share their words, which stand above the curves or at the foot.
+    Close ones of an order share their words, which stand above the axes.
     """
 
     def draw(plot: "Plot") -> None:
         modes, speed = rpm(1.0) * first_of(plot.result.record, *paths), plot.drawn[0][0]
         named: list[tuple[float, str]] = []
+        label: str | None = "resonance, mode / order" if len(modes) > 1 else "resonance"
         for order in (1, 2):
             groups: list[list[int]] = []
             inside = (speed.min() < modes / order) & (modes / order < speed.max())
             for i in np.flatnonzero(inside).tolist():
-                plot.axes.axvline(modes[i] / order, color=QUIET, ls=":", lw=1.0, zorder=0)
+                plot.axes.axvline(modes[i] / order, color=QUIET, ls=":", lw=1.0, zorder=0,
+                                  label=label)  # fmt: skip
+                label = None
                 if groups and modes[i] < _CLOSE * modes[groups[-1][0]]:
                     groups[-1].append(i)
                 else:
                     groups.append([i])
             for first, *_, last in ([*group, group[-1]] for group in groups):
-                which = f", mode{'s' * (last > first)} {first + 1}" * (len(modes) > 1)
+                which = f"mode{'s' * (last > first)} {first + 1}"
                 which += f"{' to ' if last > first + 1 else ', '}{last + 1}" * (last > first)
-                named.append((float(modes[first] / order), f"order {order}{which}"))
-        free, top = 0.0, max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
-        for at, words in sorted(named):
-            near = [y[(x > at / _BESIDE) & (x < at * _BESIDE)] for x, y in plot.drawn]
-            crest = max(float(np.nanmax(y, initial=0.0)) for y in near)
-            # at the foot below curves that are high there
-            foot = min(float(np.nanmin(y, initial=top)) for y in near) > 0.5 * top
-            if not foot or "y" in plot.panel.log:
-                plot.axes.update_datalim([(at, _ROOM[len(modes) > 1] * crest)])
-            # next to the line, on its other side where the word before it stands
-            right, free = at < free, _CLOSE * at
-            note(plot.axes, words, (at, 0.03 if foot else 0.9), (2 if right else -2, 0), zorder=4,
-                 rotation=90, ha="left" if right else "right", va="bottom" if foot else "top",
-                 color=QUIET, bbox=PLATE, xycoords=plot.axes.get_xaxis_transform())  # fmt: skip
+                words = f"{which} / {order}" if len(modes) > 1 else f"order {order}"
+                named.append((float(modes[first] / order), words))
+        if named:
+            at, every = zip(*sorted(named), strict=True)
+            name_above(plot, np.array(at), every, QUIET)
 
     return draw
+
+
+def name_above(
+    plot: "Plot", at: np.ndarray, words: Sequence[str], colour: str, tops: np.ndarray | None = None
+) -> None:
+    """Names of ascending places above the axes, each with a line to its top, or to the edge."""
+    axes, (x, _), log = plot.axes, plot.drawn[0], "x" in plot.panel.log
+    edge, low = axes.get_xaxis_transform(), max(x[0], _SLOW * x[-1]) if log else x[0]
+    grid = axes.get_subplotspec()
+    room = _APART * (1 if grid is None else grid.get_gridspec().ncols)
+    straight, back = (np.log, np.exp) if log else (np.asarray, np.asarray)
+    places = back(spread(straight(at), (float(straight(low)), float(straight(x[-1]))), room))
+    axes.set_title(axes.get_title(loc="left"), loc="left", pad=_ROOM)
+    for where, top, place, one in zip(
+        at, np.ones(len(at)) if tops is None else tops, places, words, strict=True
+    ):
+        axes.annotate(
+            one, (where, top), xycoords=edge if tops is None else "data", xytext=(place, 1.02),
+            textcoords=edge, rotation=90, ha="center", va="bottom", fontsize=8, color=colour,
+            annotation_clip=False, arrowprops={
+                "arrowstyle": "-", "linewidth": 0.6, "linestyle": ":", "shrinkA": 1.5,
+                "shrinkB": 3.0, "relpos": (0.5, 0.0), "color": colour,
+            },
+        )  # fmt: skip
+
+
+def spread(at: np.ndarray, ends: tuple[float, float], apart: float = _APART) -> np.ndarray:
+    """Places near `at` (ascending) within the ends that leave room for a name each."""
+    room = min(apart, 1.0 / max(len(at) - 1, 1)) * (ends[1] - ends[0])
+    steps = room * np.arange(len(at))
+    return np.asarray(np.clip(keep_apart(at, room), ends[0] + steps, ends[1] - steps[::-1]))
 
 
 # ----------------------------------------------------------------------------
@@ -413,6 +466,7 @@ def usual_ends(plot: "Plot", low: float | None = None, far: float = _FAR) -> End
     """All of the curves from `low` on, or decades about what is usual where a few are `far` above.
 
     Flanks of an undamped resonance go up without end: beside them, nothing would be left to see.
+    Without `low`, magnitudes begin with zero unless all of them are far from it.
     """
     log, x = plot.panel.log, plot.drawn[0][0]
     spaced = np.geomspace if "x" in log else np.linspace
@@ -422,7 +476,8 @@ def usual_ends(plot: "Plot", low: float | None = None, far: float = _FAR) -> End
     middle = float(np.median(np.abs(size))) if size.size else 0.0
     top = max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
     if np.any(size < 0.0) or middle == 0.0 or ("y" not in log and far * middle > top):
-        return low, None
+        least = float(np.min(size, initial=top))
+        return 0.0 if low is None and 0.0 <= least < _HALF * top else low, None
     plot.axes.set_yscale("log")
     return middle / far, max([min(3.0 * top, far**2 * middle), *plot.points])
 
@@ -493,12 +548,15 @@ class Plot:
     looks: list[tuple[str, str]] = field(default_factory=list)
     _names: set[str] = field(default_factory=set)
     _own: list[str] = field(default_factory=list)
-    _bars: list[np.ndarray] = field(default_factory=list)
+    #: places and heights
+    _bars: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
 
     def colour(self, name: str, given: str | None = None) -> tuple[str, str]:
         """Colour and dashes of the next curve, the same for one name in all panels."""
         key = (name, self._own.count(name))
         self._own.append(name)
+        if not name and given is None and any(one for one, _ in self.places):
+            given = TOTAL  # what has no name beside what has one
         if given in COLOURS:
             self.places.setdefault(key, COLOURS.index(given))
         elif given is None and key not in self.places:
@@ -536,11 +594,11 @@ class Plot:
             if one.bars
         ]
         several, before = sum(map(len, each)), len(self._bars)
-        self._bars.append(np.nan_to_num(y))
+        self._bars.append((x, np.nan_to_num(y)))
         step = self._step(x)
         if self.panel.stacked:  # what is negative below zero
-            same = [np.where(y * one > 0.0, one, 0.0) for one in self._bars[:-1]]
-            bars(self.axes, x, self._bars[-1], 0.75 * step, np.sum(same, axis=0), **look)
+            same = [np.where(y * one > 0.0, one, 0.0) for _, one in self._bars[:-1]]
+            bars(self.axes, x, self._bars[-1][1], 0.75 * step, np.sum(same, axis=0), **look)
             return 0.0
         dots = "y" in self.panel.log
         width = (_DOTS if dots else 0.8) * step / several
@@ -548,7 +606,7 @@ class Plot:
         if dots:
             self.axes.plot(x + aside, y, "o", **look)
         else:
-            bars(self.axes, x + aside, self._bars[-1], 0.92 * width, **look)
+            bars(self.axes, x + aside, self._bars[-1][1], 0.92 * width, **look)
         return aside
 
     def _step(self, x: np.ndarray) -> float:
@@ -574,8 +632,7 @@ class Plot:
             words += "in {}" if words.endswith("\n") else " in {}"
         axes.set_ylabel(words.replace("{}", self.unit))
         axes.set_title(said(panel.title, result), loc="left")
-        self._names = {together(names, quantity) or said(one.words, result)
-                       for one, quantity in curves
+        self._names = {one.known_by(names, quantity, result) for one, quantity in curves
                        for names, *_ in one.rows(quantity, result)}  # fmt: skip
         for part in panel.parts:
             part(self)
@@ -614,21 +671,30 @@ class Plot:
             getattr(axes, f"set_{name}scale")("log")
         axes.margins(y=0.08)
         axes.set_ylim(*(panel.ends(self) if callable(panel.ends) else panel.ends))
-        if self._bars and "y" in panel.log:
+        if self._bars:
             self._up_to_the_last()
         for upright in (axes.xaxis, axes.yaxis):
             if upright.get_scale() == "log":
                 plain_ticks(upright)
 
     def _up_to_the_last(self) -> None:
-        """Ends the axis with the last bar that is seen, and says which are not."""
-        x, low = self.drawn[0][0], self.axes.get_ylim()[0]
-        seen = np.flatnonzero(np.any(np.array(self._bars) > low, axis=0))
-        if seen.size and (last := seen[-1]) + 1 < x.size:
-            self.axes.set_xlim(right=float(x[last]) + 0.7 * float(x[last + 1] - x[last]))
-            name = self.axis.name.replace("_", " ")
-            words = f"{name}s {x[last + 1]:g} to {x[-1]:g}: below the axis"
-            self.axes.set_title(words, loc="left", fontsize=8, color=QUIET)
+        """Ends the axis of orders with the last bar that is seen, and says which are not.
+
+        On an axis that is not logarithmic only where most of it would be empty.
+        """
+        log = "y" in self.panel.log
+        places, sizes = (np.concatenate([one[i] for one in self._bars]) for i in range(2))
+        x, size = np.unique(places), np.abs(sizes)
+        low = self.axes.get_ylim()[0] if log else _UNSEEN * size.max()
+        if self.axis.name != "order" or not np.any(size > low):
+            return
+        last = int(np.searchsorted(x, places[size > low].max()))
+        if last + 1 >= x.size or (not log and last > _HALF * x.size):
+            return
+        self.axes.set_xlim(right=float(x[last]) + 0.7 * float(x[last + 1] - x[last]))
+        small = "below the axis" if log else f"below {100.0 * _UNSEEN:g} % of the largest"
+        words = f"orders {x[last + 1]:g} to {x[-1]:g}: {small}"
+        self.axes.set_title(words, loc="right", fontsize=8, color=QUIET)
 
 
 @dataclass(frozen=True)
@@ -677,7 +743,8 @@ class Curves:
             if columns > 1:
                 axes.set_title(axes.get_title(loc="left"), loc="left", fontsize=8)
                 axes.set_ylabel("" if self.level and i % columns else axes.get_ylabel())
-            named |= {} if panel.legend else plot.named()
+            new = {} if panel.legend else plot.named()
+            named |= {name: handle for name, handle in new.items() if name not in named}
         if named:
             fitting = max(LETTERS // (max(map(len, named)) + _HANDLE), 1)
             figure.legend(named.values(), named, loc="outside lower center",

@@ -26,7 +26,6 @@ from vibecalc.core.results.record import (
     BARRED,
     BROKEN,
     KEPT,
-    READ,
     UNDECIDED,
     Estimate,
     Headline,
@@ -91,9 +90,8 @@ def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
         words = dict.fromkeys(map(_held, one.limits)), dict.fromkeys(map(_share, one.limits))
         held, shares = ("\n".join(each) for each in words)
         rows.append([one.name, one.shown, read(_told_unit(one)), one.where, held, shares])
-    heads = ("result", number("value"), "unit", "where", "limit", number("util. %"))
-    used = len(heads) - (not any(row[-1] for row in rows))
-    return table(heads[:used], [row[:used] for row in rows])
+    heads = ("result", number("value"), "unit", "where", "limit", number("util.\n%"))
+    return table(heads, rows)
 
 
 def _told_unit(answer: Answer) -> str:
@@ -125,11 +123,10 @@ def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
 def _in_unit(limit: Verdict, unit: str) -> Verdict:
     """The limit with its bounds and numbers in another unit."""
     factor = convert(1.0, limit.unit, unit)
-    sides = {side: None if bound is None else factor * bound
-             for side, bound in (("min", limit.min), ("max", limit.max))}  # fmt: skip
+    low, high = (None if one is None else factor * one for one in (limit.min, limit.max))
     return limit._replace(
         unit=unit, computed=factor * limit.computed, margin=factor * limit.margin,
-        error_estimate=limit.error_estimate * factor, **sides,
+        error_estimate=limit.error_estimate * factor, min=low, max=high,
     )  # fmt: skip
 
 
@@ -324,7 +321,7 @@ def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
     names = key_words([axis.name for axis in quantity.axes], {})
     words = []
     for axis, name, at in zip(quantity.axes, names, place, strict=True):
-        value, unit = axis.values[at], READ.get(axis.unit, axis.unit)
+        value, unit = axis.values[at], "mm" if axis.unit == "m" else axis.unit
         shown = str(value)
         if axis.values.dtype.kind == "f":
             shown = f"{short(float(value) * convert(1.0, axis.unit, unit))} {unit}".rstrip()

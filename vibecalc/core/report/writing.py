@@ -165,9 +165,18 @@ def number(title: str) -> Column:
 _BREAK = re.compile(r"(?<=[_/.,])(?!(?<=\d[.,])\d)")
 
 
+#: what stays together on a line: a word, or a number with its unit
+_WORDS = re.compile(
+    r"\s*[-+]?\d[\d.e+-]* "
+    r"(?:rpm|[kM]?Hz|k?N(?: m)?|[km]?m|deg|[kM]?W|[km]?J|[kM]?Pa|m?s|K|dB|%)(?=[\s,;)]|$)"
+    r"|\s*\S+|\s+$"
+)
+
+
 def fold(text: str, width: int) -> list[str]:
     """Lines of at most `width` characters: broken at blanks; a longer word after `/`, else `_.,`.
 
+    A number and its unit stay on one line, where that has room for both.
     A word without such a mark in it is cut where the line ends. What begins with blanks goes on so.
     """
     if len(text) <= width and "\n" not in text:  # nearly every cell of every table
@@ -175,7 +184,7 @@ def fold(text: str, width: int) -> list[str]:
     lines: list[str] = []
     for paragraph_ in text.split("\n"):
         line, lead = "", " " * min(len(paragraph_) - len(paragraph_.lstrip(" ")), width // 3)
-        for word in re.findall(r"\s*\S+|\s+$", paragraph_):
+        for word in _WORDS.findall(paragraph_):
             if len(line + word) > width and line.strip():
                 lines.append(line.rstrip())
                 line = lead + word.lstrip()

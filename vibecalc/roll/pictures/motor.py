@@ -150,7 +150,7 @@ def _levels(axes: "Axes", record: Record) -> None:
         axes.plot(hit[1][kept], values[kept], mark, color=colour, mfc=face, ms=size, label=words)
     axes.set_ylabel("level in dB re 1 rad/s$^2$")
     _orders(axes, record)
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower left")
     axes.set_title("angular acceleration of the shell", loc="left")
 
 

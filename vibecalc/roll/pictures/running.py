@@ -89,7 +89,8 @@ def _torques(axes: "Axes", record: Record) -> None:
             axes.plot(np.degrees(hit[1]), values, color=colour, label=words)
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
     axes.set_ylabel("torque in N m")
-    axes.legend(loc="best")
+    _headroom(axes, 0.75)
+    axes.legend(loc="upper left")
 
 
 def _speed(
@@ -106,9 +107,14 @@ def _speed(
         words = f"synchronous {show(rpm(float(synchronous)), digits=5)} rpm"
         axes.axhline(rpm(synchronous), color=LIMIT, linewidth=1.0, linestyle=":", label=words)
     axes.set_ylabel("speed in rpm")
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 1.2 * (high - low))
+    _headroom(axes, 1.2)
     axes.legend(loc="upper left")
+
+
+def _headroom(axes: "Axes", share: float) -> None:
+    """Room for the legend above the curves, a share of their range."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + share * (high - low))
 
 
 def _curve(

@@ -127,7 +127,7 @@ def _panel(picture: Picture, one: Shown) -> Panel:
         if picture.star is not None:
             point, at, label = picture.star
             axes.plot(at[:1], [one.values[point]], **BEST, label=label)
-        if separate is not None and picture.here is not None:
+        if picture.here is not None and len(picture.axes) == 1:
             axes.axvline(picture.here[0], color="black", ls="--", lw=1.0,
                          label="the case as written")  # fmt: skip
         _limits(plot, x, one, numbers, values)
