@@ -6,7 +6,7 @@ the mean. A value is infinite at a speed where an order meets a natural frequenc
 damps.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
 from vibecalc.core.results.described import Group, entries_of, lead, named, q
@@ -403,17 +403,23 @@ def _half_ranges(place: str, words: str) -> tuple[Entry, ...]:
     )
 
 
-def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = None) -> Any:
-    """Uses of limits in a condition, with the load that has the largest one."""
-    of = words or ", worst condition"
+def _limit_uses(
+    place: str, axes: str, words: str, lead: Callable[[str, str], Headline] | None = None
+) -> Any:
+    """Uses of limits in a condition, with the load that has the largest one.
+
+    `lead` makes headlines of their names and the speeds that they stand at.
+    """
+    top, here = "highest utilisation, worst condition", "utilisation at operating speed"
+    here = f"{here}{words or ', worst condition'}"
     use = f"stress or torque over allowed{words}"
     load = "section, counted from 1, then gears; 0: outside the limit"
     return under(
         f"{ROOT}/{place}/limit",
-        entry("operating_utilisation", axes, "", f"{use}, {_HERE}", share=True,
-              name=f"utilisation at operating speed{of}"),
-        entry("largest_utilisation", axes, "", f"{use}, largest at any speed", headline=headline,
-              share=True),
+        entry("operating_utilisation", axes, "", f"{use}, {_HERE}", share=True, name=here,
+              headline=lead(here, "") if lead else None),
+        entry("largest_utilisation", axes, "", f"{use}, largest at any speed", share=True,
+              headline=lead(top, f"{ROOT}/{place}/limit/speed") if lead else None),
         entry("speed", axes, "rad/s", "where that is"),
         entry("unbarred_utilisation", axes, "",
               "largest at speeds that may not be barred: the operating speed, and for a rule those "
@@ -426,6 +432,10 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
                   f"torque for continuous operation, {at}; infinite for limits of the stress"),
         )),
     )  # fmt: skip
+
+
+def _in_conditions(name: str, at: str) -> Headline:
+    return Headline(name, at=at, words=f"{_REPORT}:most_used_in_condition")
 
 
 VARIANTS = (
@@ -443,12 +453,7 @@ VARIANTS = (
     *_limit_uses("healthy", "limit", f", {_HEALTHY}"),
     *_barred(f"{ROOT}/healthy", _HEALTHY),
     *_exceeded(f"{ROOT}/healthy"),
-    *_limit_uses("conditions", "condition limit", "",
-                 Headline(
-                     "highest utilisation, worst condition",
-                     at=f"{ROOT}/conditions/limit/speed",
-                     words=f"{_REPORT}:most_used_in_condition",
-                 )),
+    *_limit_uses("conditions", "condition limit", "", _in_conditions),
     *_barred(f"{ROOT}/conditions", "worst condition"),
     entry(f"{ROOT}/conditions/exceeded/condition", "exceeded", "",
           "in this condition, counted from 1"),

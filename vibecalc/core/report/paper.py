@@ -51,6 +51,11 @@ class Ruler(Axis):
             self._measured = now, ([], boxes) if self._far() else (boxes, [])
         return self._measured[1]
 
+    def pin(self) -> None:
+        """Keep the ticks of now: a locator would choose others, with wider numbers, at a size that
+        differs little from the one that was measured."""
+        self.set_major_locator(FixedLocator(list(self.get_majorticklocs())))
+
     def draw(self, renderer: Any) -> None:
         """Grid, marks and numbers, and what matplotlib draws without them: the label."""
         look, far, places = self.get_tick_params(which="major"), self._far(), self.ticks()[0]
@@ -169,9 +174,9 @@ class Frame(Axes):
         if not how.get("for_layout_only") or not self.get_visible():
             return super().get_tightbbox(renderer, **how)
         if self._placed:
-            # a locator would choose others, with wider numbers, at a size that differs little
             for axis in (self.xaxis, self.yaxis):
-                axis.set_major_locator(FixedLocator(axis.get_majorticklocs().tolist()))
+                if isinstance(axis, Ruler):
+                    axis.pin()
             return super().get_tightbbox(renderer, **how)
         self._placed = True
         point, (x0, y0, x1, y1) = self.figure.dpi / 72.0, self.bbox.extents

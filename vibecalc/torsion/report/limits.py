@@ -128,9 +128,10 @@ def _most_used(record: Record, when: str, place: int) -> str | None:
     return labels(of.axes[1])[int(np.nanargmax(of.values[place]))]
 
 
-def most_used_in_condition(record: Record, place: int, _path: str) -> str | None:
+def most_used_in_condition(record: Record, place: int, path: str) -> str | None:
     """The same of a condition and a limit, with the condition."""
-    of = having(record, f"{TORSION}conditions/limit/element", "condition", "limit")
+    start = "operating_" if "/operating_" in path else ""
+    of = having(record, f"{TORSION}conditions/limit/{start}element", "condition", "limit")
     number = 0 if of is None else int(np.ravel(of.values)[place])
     if of is None or not number:
         return None
