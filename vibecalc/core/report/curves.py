@@ -433,7 +433,8 @@ def name_above(
     room = _APART * (1 if grid is None else grid.get_gridspec().ncols)
     straight, back = (np.log, np.exp) if log else (np.asarray, np.asarray)
     places = back(spread(straight(at), (float(straight(low)), float(straight(x[-1]))), room))
-    axes.set_title(axes.get_title(loc="left"), loc="left", pad=_ROOM)
+    plot.pad = _ROOM
+    axes.set_title(axes.get_title(loc="left"), loc="left", pad=plot.pad)
     for where, top, place, one in zip(
         at, np.ones(len(at)) if tops is None else tops, places, words, strict=True
     ):
@@ -546,6 +547,8 @@ class Plot:
     #: curves of this panel have had that name
     places: dict[tuple[str, int], int] = field(default_factory=dict)
     looks: list[tuple[str, str]] = field(default_factory=list)
+    #: points between the axes and their title, where there is more than usual
+    pad: float | None = None
     _names: set[str] = field(default_factory=set)
     _own: list[str] = field(default_factory=list)
     #: places and heights
@@ -741,7 +744,8 @@ class Curves:
             plot.draw(curves)
             axes.set_xlabel(said(panel.below, result) or across(plot.axis)[1])
             if columns > 1:
-                axes.set_title(axes.get_title(loc="left"), loc="left", fontsize=8)
+                title = axes.get_title(loc="left")
+                axes.set_title(title, loc="left", fontsize=8, pad=plot.pad)
                 axes.set_ylabel("" if self.level and i % columns else axes.get_ylabel())
             new = {} if panel.legend else plot.named()
             named |= {name: handle for name, handle in new.items() if name not in named}
