@@ -179,7 +179,7 @@ def test_the_line_of_a_limit_runs_where_it_is_just_kept() -> None:
 
 def test_the_region_is_green_where_all_limits_are_kept() -> None:
     sweep, made = own("sweep_map")
-    axes = panel(made, "limits")
+    axes = panel(made, "green: all limits")
     (cells,) = (part for part in axes.collections if hasattr(part, "get_coordinates"))
     drawn = np.ma.filled(cells.get_array().astype(float), -2.0).reshape(15, 21)
     kept = judge(sweep).kept
