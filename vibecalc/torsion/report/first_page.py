@@ -17,6 +17,7 @@ from vibecalc.core.results.record import (
     Result,
 )
 from vibecalc.core.results.verdicts import verdicts_of
+from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.report.barred import (
     all_ranges_in_words,
     barred_ranges,
@@ -54,7 +55,6 @@ from vibecalc.torsion.report.line import (
     torque_unit,
     vector,
 )
-from vibecalc.torsion.results import COUPLING
 from vibecalc.units import convert
 
 #: what has another section
