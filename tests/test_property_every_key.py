@@ -33,8 +33,8 @@ from vibecalc.kinds import KINDS
 
 #: the aims are shared out to so many parts, of which CI runs one; the long tests take some together
 SHARES, TOGETHER = 2400, 40
-#: the share of CI, of quick cases: parts of a balance, a number on a page
-QUICK = 24
+#: the share of CI, of quick cases: absorbers with pictures, a fit to a pump
+QUICK = 701
 #: how a command may end where not with 0 or 1: points of a sweep may be no case
 ENDS = {"sweep": (0, 1, 4)}
 #: seconds for one command

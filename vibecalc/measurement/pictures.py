@@ -206,8 +206,8 @@ def _draw(
     low = max(float(np.min(level)), top - _RANGE)
     shown = np.clip(level, low, top)
     # whole dB, so that the numbers of the bar are those of the contours
-    steps = MaxNLocator(12, integer=True).tick_values(low, top)
-    steps = steps if top - low > 1e-6 else np.array([top - 1.0, top])
+    whole = MaxNLocator(12, integer=True).tick_values(low, top)
+    steps = np.asarray(whole) if top - low > 1e-6 else np.array([top - 1.0, top])
     filled = axes.contourf(x, y, shown, levels=steps, cmap="viridis", extend="min")
     bar = axes.figure.colorbar(filled, ax=axes, shrink=0.9)
     bar.ax.yaxis.set_major_formatter("{x:.0f}")

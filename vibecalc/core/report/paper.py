@@ -54,7 +54,7 @@ class Ruler(Axis):
     def pin(self) -> None:
         """Keep the ticks of now: a locator would choose others, with wider numbers, at a size that
         differs little from the one that was measured."""
-        self.set_major_locator(FixedLocator(self.get_majorticklocs()))
+        self.set_major_locator(FixedLocator(list(self.get_majorticklocs())))
 
     def draw(self, renderer: Any) -> None:
         """Grid, marks and numbers, and what matplotlib draws without them: the label."""
@@ -175,7 +175,8 @@ class Frame(Axes):
             return super().get_tightbbox(renderer, **how)
         if self._placed:
             for axis in (self.xaxis, self.yaxis):
-                axis.pin()
+                if isinstance(axis, Ruler):
+                    axis.pin()
             return super().get_tightbbox(renderer, **how)
         self._placed = True
         point, (x0, y0, x1, y1) = self.figure.dpi / 72.0, self.bbox.extents

@@ -351,14 +351,14 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     machine, torsion = table_of(result.case, "machine"), asked(result)
     engine = line.cylinder_station.size > 0
     rows = _engine(result, machine) if engine else []
-    words = [range_words(result)] if torsion.get("speeds") else []
+    ranges = [range_words(result)] if torsion.get("speeds") else []
     orders = having(result.record, TORSION + "excitation/station_torque", "station", "order")
     if orders is not None and np.any(orders.values):
         values = np.asarray(orders.axes[1].values, dtype=float)
         even = values.size > 1 and np.ptp(np.diff(values)) < _EVEN
         every_ = f" every {order_text(values[1] - values[0])}" if even else ""
-        words.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every_}")
-    rows += [("speeds and orders", ", ".join(words))] if words else []
+        ranges.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every_}")
+    rows += [("speeds and orders", ", ".join(ranges))] if ranges else []
     rows += given_rows(result, torque_unit(result.record))
     if ill := silent(result):
         kind = _MISFIRES.get(str(torsion.get("misfire_kind")), "no gas torque")
