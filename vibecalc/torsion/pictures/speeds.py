@@ -14,11 +14,11 @@ from vibecalc.core.report.curves import (
     Panel,
     Plot,
     draw_points,
-    name_above,
     operating,
     spans,
     through,
 )
+from vibecalc.core.report.marks import name_above
 from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.sources import Ends, Look, Source, sourced
 from vibecalc.core.report.writing import rpm, show
