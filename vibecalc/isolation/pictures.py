@@ -25,11 +25,10 @@ from vibecalc.core.report.curves import (
     Plot,
     level,
     limits,
-    peak,
-    resonances,
     spans,
     usual_ends,
 )
+from vibecalc.core.report.marks import peak, resonances
 from vibecalc.core.report.sections import having, labels, scalar_of, speed_of, table_of
 from vibecalc.core.report.sources import Look, over_turn, sourced
 from vibecalc.core.report.writing import hertz, rpm, show

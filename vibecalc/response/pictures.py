@@ -13,13 +13,11 @@ from vibecalc.core.report.curves import (
     Panel,
     Plot,
     decades,
-    first_of,
     operating,
-    peak,
-    resonances,
     spans,
     usual_ends,
 )
+from vibecalc.core.report.marks import first_of, peak, resonances
 from vibecalc.core.report.sections import having, labels, speed_of
 from vibecalc.core.report.sources import entry_of
 from vibecalc.core.results.record import Quantity, Result

@@ -14,15 +14,16 @@ from vibecalc.core.report.curves import (
     Panel,
     Plot,
     draw_points,
-    name_above,
     operating,
     spans,
     through,
 )
+from vibecalc.core.report.marks import name_above
 from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.sources import Ends, Look, Source, sourced
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.pictures.excitation import also, misfire_words, torque_words
 from vibecalc.torsion.report.limits import limits_of, of_torque, rule_of
 from vibecalc.torsion.report.line import (
@@ -36,7 +37,6 @@ from vibecalc.torsion.report.line import (
     vector,
     worst_section,
 )
-from vibecalc.torsion.results import COUPLING
 
 # ----------------------------------------------------------------------------
 # Maxima of the curves of a shaft line: points that the curves go through, and their names.

@@ -25,11 +25,11 @@ from vibecalc.core.report.curves import (
     Panel,
     Plot,
     decades,
-    first_of,
     level,
     operating,
     through,
 )
+from vibecalc.core.report.marks import first_of
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.sources import Ends, Look, Source, entry_of, sourced
 from vibecalc.core.report.writing import hertz, rpm, show

@@ -320,31 +320,6 @@ def worst_section(record: Record) -> str | None:
     return None
 
 
-#: how the names of conditions of one cylinder end -> what is said of it
-_CONDITIONS = {" misfires": "misfire", " out of balance": "imbalance"}
-
-
-def condition_words(name: str) -> str:
-    """A condition of the cylinders by its name in the file: `misfire of cylinder 5`."""
-    for end, words in _CONDITIONS.items():
-        if name.endswith(end):
-            return f"{words} of cylinder {name.removesuffix(end)}"
-    return name
-
-
-def in_words(made: Made) -> Made:
-    """Names of conditions as people read them."""
-
-    def said(record: Record) -> Quantity | None:
-        found = made(record)
-        if found is None:
-            return None
-        return part_of(found, np.array([condition_words(str(one)) for one in found.values]),
-                       *found.axes)  # fmt: skip
-
-    return said
-
-
 def joined(words: Iterable[str]) -> str:
     """`a`, `a and b`, `a, b and c`."""
     found = list(words)
@@ -390,8 +365,8 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
         rows.append(("misfire", f"cylinder{'s' * (len(ill) > 1)} {joined(ill)}: {kind}"))
     rows += _damping(torsion)
     total = short(float(np.sum(line.line.inertia)))
-    words = f"{total} kg m^2 referred to {first_shaft(line)}; {_loads(result, line)}"
-    return [*rows, ("total inertia", words)]
+    inertia = f"{total} kg m^2 referred to {first_shaft(line)}; {_loads(result, line)}"
+    return [*rows, ("total inertia", inertia)]
 
 
 def first_shaft(line: "ShaftLineModel") -> str:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.core.report.canvas import LIMIT, QUIET, keep_apart, note, unit_words
-from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, resonances, rows_of, usual_ends
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, rows_of, usual_ends
+from vibecalc.core.report.marks import resonances
 from vibecalc.core.report.sources import Ends
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
