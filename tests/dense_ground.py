@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from dense_machine import arm, longest, peak
-from dense_results import MANY, QUANTITIES, Dense, Expected, by_order, through
+from dense_results import MANY, QUANTITIES, Dense, Expected, by_order, swamped, through
 from dense_train import TURN, Table
 
 _MOTIONS = [
@@ -47,9 +47,9 @@ def coupled_results(dense: Dense) -> Iterator[Expected]:
                 yield Expected(f"{path}_rms", arrived / np.sqrt(2.0), whole=whole)
                 nothing = float(dense.nothing[part].max())
                 if size > nothing:
-                    value = 1.0 - arrived / size
+                    value, lack = 1.0 - arrived / size, swamped(size, arrived, nothing)
                     size = max(1.0, abs(value))
-                    yield Expected(f"{path}_efficiency", value, size=size, whole=whole)
+                    yield Expected(f"{path}_efficiency", value, size, whole=whole, lack=lack)
                 if not whole:
                     yield Expected(path, load[:, part])
                     both = held[:, part], load[:, part]

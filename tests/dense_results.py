@@ -20,7 +20,8 @@ class Expected(NamedTuple):
     """Value of the result at `path`, of the entries `at`.
 
     `size` is what the tolerance is relative to: the largest entry, if nothing is said. With `whole`
-    it is of all orders, so that the stated error has to cover those left out.
+    it is of all orders, so that the stated error has to cover those left out. A record may `lack`
+    a share of a load that nearly cancels.
     """
 
     path: str
@@ -28,6 +29,7 @@ class Expected(NamedTuple):
     size: float = 0.0
     at: Any = ...
     whole: bool = False
+    lack: Any = False
 
 
 class Dense:
@@ -305,6 +307,7 @@ class Dense:
         for held, ground, whole in shares:
             largest = np.repeat([held[:3].max(), held[3:].max()], 3)
             acts = (held > 1e-6 * largest) & (held > self.nothing)
+            acts &= ~swamped(held, ground, self.nothing)
             value = 1.0 - ground[acts] / held[acts]
             size = float(np.max(np.abs(value), initial=1.0)) * 1e6
             yield Expected(f"{root}/by_direction", value, size=size, at=acts, whole=whole)
@@ -362,10 +365,19 @@ def through(on: OnMounts, rate: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
+def swamped(held: Any, ground: Any, nothing: Any) -> Any:
+    """Whether loads may nearly cancel, with larger ones on the ground: they have no share then.
+
+    Terms are a thousand million times `nothing`; a tenth of them is on the safe side.
+    """
+    return (held < 1e8 * nothing) & (ground > held)
+
+
 def by_order(path: str, held: np.ndarray, ground: np.ndarray, nothing: float) -> Expected:
     """Share kept from the ground, of orders that are more than rounding."""
     first, second = (np.linalg.norm(one, axis=-1) for one in (held, ground))
     acts = first > max(1e-5 * first.max(), nothing)
+    acts &= ~swamped(first, second, nothing)
     value = 1.0 - second[acts] / first[acts]
     return Expected(path, value, size=1e5 * float(np.abs(value).max(initial=1.0)), at=acts)
 
@@ -392,15 +404,16 @@ def _of_vector(
         if first <= nothing:
             continue
         share = 1.0 - second / first
-        yield Expected(f"{path}/{name}", share, size=max(1.0, abs(share)), whole=whole)
+        lack = swamped(first, second, nothing)
+        yield Expected(f"{path}/{name}", share, max(1.0, abs(share)), whole=whole, lack=lack)
         level = 20.0 * np.log10(first / second)
-        yield Expected(f"{path}/{name}_level", level, size=10.0 + abs(level), whole=whole)
+        yield Expected(f"{path}/{name}_level", level, 10.0 + abs(level), whole=whole, lack=lack)
 
 
 def compare(expected: Expected, record: Record) -> str:
     """What is off more than allowed; nothing where all is well."""
     if expected.path not in record:  # kept orders that cancel have no share
-        return "" if expected.whole else f"{expected.path}: absent"
+        return "" if expected.whole or expected.lack else f"{expected.path}: absent"
     found = record[expected.path]
     values = np.asarray(found.values)[expected.at]
     value = np.asarray(expected.value)

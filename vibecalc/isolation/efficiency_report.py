@@ -67,11 +67,13 @@ _BY_DIRECTION = (Cells("by_direction", "efficiency", _percent),)
 
 
 def _resultant(path: str) -> Made:
-    """Efficiency by order for all components together."""
+    """Efficiency by order for all components together; none where no order has one."""
 
     def made(record: Record) -> Quantity | None:
         share = having(record, f"{path}/by_order", "order", "component")
-        return None if share is None else part_of(share, share.values[:, -1], share.axes[0])
+        if share is None or not np.any(np.isfinite(share.values[:, -1])):
+            return None
+        return part_of(share, share.values[:, -1], share.axes[0])
 
     return made
 

@@ -26,7 +26,6 @@ from vibecalc.core.results.record import (
     BARRED,
     BROKEN,
     KEPT,
-    READ,
     UNDECIDED,
     Estimate,
     Headline,
@@ -124,11 +123,10 @@ def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
 def _in_unit(limit: Verdict, unit: str) -> Verdict:
     """The limit with its bounds and numbers in another unit."""
     factor = convert(1.0, limit.unit, unit)
-    sides = {side: None if bound is None else factor * bound
-             for side, bound in (("min", limit.min), ("max", limit.max))}  # fmt: skip
+    low, high = (None if one is None else factor * one for one in (limit.min, limit.max))
     return limit._replace(
         unit=unit, computed=factor * limit.computed, margin=factor * limit.margin,
-        error_estimate=limit.error_estimate * factor, **sides,
+        error_estimate=limit.error_estimate * factor, min=low, max=high,
     )  # fmt: skip
 
 
@@ -323,7 +321,7 @@ def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
     names = key_words([axis.name for axis in quantity.axes], {})
     words = []
     for axis, name, at in zip(quantity.axes, names, place, strict=True):
-        value, unit = axis.values[at], READ.get(axis.unit, axis.unit)
+        value, unit = axis.values[at], "mm" if axis.unit == "m" else axis.unit
         shown = str(value)
         if axis.values.dtype.kind == "f":
             shown = f"{short(float(value) * convert(1.0, axis.unit, unit))} {unit}".rstrip()

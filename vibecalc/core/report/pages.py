@@ -25,6 +25,7 @@ from vibecalc.core.report.writing import (
     number,
     pairs,
     paragraph,
+    read,
     rpm,
     show,
     show_error,
@@ -239,7 +240,7 @@ def _broken(row: Verdict) -> str:
     unit = read_as(row.quantity, row.unit)[1]
     factor = convert(1.0, row.unit, unit)
     computed, limit = (show(factor * one, digits=4) for one in (row.computed, limit))
-    return f": {computed} {unit}".rstrip() + f", {side} {limit}"
+    return f": {computed} {read(unit)}".rstrip() + f", {side} {limit}"
 
 
 def _spoken(row: Verdict) -> str:
