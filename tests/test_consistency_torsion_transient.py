@@ -244,4 +244,4 @@ def test_teeth_that_part_in_a_short_circuit_are_said() -> None:
     stated = float(record[path].error_estimate)
     assert abs(float(record[path].values[0]) - teeth.min()) < stated < 5e-4 * abs(teeth.min())
     (said,) = [one for one in record.warnings if "the torque of its teeth reverses" in one]
-    assert f"{teeth.min():.3g}"[:3] in said
+    assert f"down to {teeth.min():.4g} N*m" in said
