@@ -202,7 +202,7 @@ def _sections(record: Record) -> list[str]:
         Cells("steady_after", f"steady after\n{unit}", unit),
         Cells("dynamic_factor", "factor"),
     ]
-    words = "Peaks include the mean; times from the start of the simulation, before the change"
+    words = "Peaks include the mean; times count from the start of the simulation, with time_before"
     if passage:
         columns += [
             Cells("peak_half_range", f"half range\n{unit}", unit),
