@@ -15,7 +15,7 @@ from torsion_samples import ROOT, ruled, six
 
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Record, Result
-from vibecalc.torsion.report.first_page import conclusion
+from vibecalc.torsion.report.first_page import barred, conclusion
 from vibecalc.torsion.report.limits import flags
 from vibecalc.torsion.report.line import within
 
@@ -70,6 +70,22 @@ def test_verdicts_follow_the_uses(
     })  # fmt: skip
     assert flags(result) == [verdict]
     assert words in conclusion(result)
+
+
+def test_a_limit_on_a_stress_is_told_where_no_rule_bars_speeds() -> None:
+    """The page that shows a `[[limit]]` as broken does not say that there is none."""
+    largest = f"{ROOT}largest/stress_half_range"
+    case = {**six().case, "limit": [{"quantity": largest, "max": "1 MPa"}]}
+    kept = Record(quantities={
+        path: one for path, one in six().record.items() if "limit/" not in path
+    })  # fmt: skip
+    result = replace(six(), case=case, record=kept, verdicts=None)
+    said = "The limit on the largest vibratory stress is BROKEN"
+    assert conclusion(result).startswith(said)
+    told = " ".join(barred(result))
+    assert said in told and "no speed range is barred" in told
+    without = replace(result, case={**case, "limit": []}, verdicts=None)
+    assert "The case sets no stress limit" in conclusion(without)
 
 
 def test_gears_that_hammer_inside_the_range_are_named_with_the_range() -> None:
