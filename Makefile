@@ -25,8 +25,11 @@ NO_NUMBERS := docs* readme site package examples ci_example *plots *pictures pro
   cli* start_up architecture bad_cases_streams bad_cases_reports bad_cases_cli bad_cases_results \
   property_every_key property_store property_compare property_units property_select golden up_to_date \
   *_editors *_html *_help *_template *_report *_files *_needs *_said *_saying *_trees *_calculation \
-  *_sweep_assembly *_sweep_cluster *_verdicts bad_cases_compressor bad_cases_machine \
-  bad_cases_plausibility bad_cases_sweep*
+  *_sweep_assembly *_sweep_cluster *_sweep_chunks *_sweep_pool *_sweep_survival *_verdicts *_migrate \
+  *_json *_progress *_store *_references *_overrides *_locate *_unit_patterns *_thinned_golden \
+  bad_cases bad_cases_absorber bad_cases_compressor bad_cases_coupling bad_cases_curves bad_cases_engine \
+  bad_cases_gas_card bad_cases_m* bad_cases_plausibility bad_cases_pump bad_cases_roll bad_cases_rows \
+  bad_cases_rules bad_cases_sweep* bad_cases_tangential_effort bad_cases_values bad_cases_where*
 # where the commit's hash chooses the kernel, its last digit chooses the eighth that runs of two sorts
 DIGIT = $(if $(filter commit,$(KERNEL)),$(shell git rev-parse HEAD | tail -c 2))
 IDLE = $(if $(filter 0 8,$(DIGIT)),[!ab])$(if $(filter 1 9,$(DIGIT)),[!c-e])$(if $(filter 2 a,$(DIGIT)),[!f-i])$(if \
@@ -50,7 +53,7 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt \
 	  -e '.[plot,accuracy]' --group test
 	$(BIN)/python -m compileall -q -j $(WORKERS) -x '/(tests?|pip|setuptools|mypyc?|fontTools)/' \
-	  $(VENV)/lib vibecalc tests
+	  $(VENV)/lib vibecalc tests docs/site
 	@touch $@
 
 run: $(READY) ## run the three-cylinder generator and print its report

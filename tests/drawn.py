@@ -36,8 +36,10 @@ def lines(axes: Any) -> dict[str, Any]:
 
 
 def assert_apart(made: Any) -> None:
-    """Axes with their letters lie on the page and not on each other."""
-    made.set_dpi(200)
+    """Axes with their letters lie on the page and not on each other, as files are laid out."""
+    from vibecalc.core.report.paper import lay_out
+
+    lay_out(made, 200)
     made.canvas.draw()
     renderer = made.canvas.get_renderer()
     width = made.bbox.width

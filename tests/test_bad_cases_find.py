@@ -63,7 +63,7 @@ objective = {{ quantity = "{FORCE}" }}
     ("head", "rows", "words"),
     [
         (HEAD, [ZERO], "ratio of one that is zero as written"),
-        (HEAD, [BELOW], f"between the bounds {ROD} would take a value that it must not have"),
+        (HEAD, [BELOW], f"between the bounds {ROD} would take a value outside its range"),
         (LISTED, [GOOD], f"{STIFFNESS} is a list here"),
         (HEAD, [GOOD, GOOD], "two searches are named 'one'"),
         (HEAD, [STUDY, GOOD], "a case with [optimisation] cannot have [[find]], too"),

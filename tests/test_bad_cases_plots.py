@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from drawn import coarse
 from fuzzing import command
 from report_samples import generator
 
@@ -26,7 +27,7 @@ def test_matplotlib_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
 
 @pytest.fixture(autouse=True)
 def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
+    coarse(monkeypatch)
 
 
 def few() -> Result:

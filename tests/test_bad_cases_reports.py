@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from drawn import coarse
 from fuzzing import command
 from shipped_cases import CASES
 
 from vibecalc import api
-from vibecalc.core.report import calculation, plots
+from vibecalc.core.report import plots
 from vibecalc.core.report.writing import Column, number, table
 from vibecalc.errors import Defect
 from vibecalc.excitation import report as excitation
@@ -36,6 +37,7 @@ section = { outer_diameter = "300 mm", inner_diameter = "180 mm", length = "4 m"
 @pytest.fixture(autouse=True)
 def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    coarse(monkeypatch)
 
 
 def _broken(*_: Any, **__: Any) -> Any:
@@ -169,8 +171,7 @@ def test_a_picture_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
         calls.append(name)
         return _broken() if len(calls) == 1 else real(result, name)
 
-    for module in (plots, calculation):
-        monkeypatch.setattr(module, "make", make)
+    monkeypatch.setattr(plots, "make", make)
     found = command("plot", "one.h5", "-o", "some")
     assert found.code == 70 and f"the picture {calls[0]}: IndexError" in found.err
     assert len(list(Path("some").iterdir())) >= len(names) - 1
@@ -181,7 +182,7 @@ def test_a_picture_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
 
 def test_python_has_the_result_and_its_file(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plots, "_image", lambda *_: b"")
-    monkeypatch.setattr("vibecalc.core.report.calculation.vector_picture", lambda _: None)
+    monkeypatch.setattr(plots, "vector_picture", lambda _: None)
     monkeypatch.setattr(excitation, "excitation", _broken)
     result = api.run(GENERATOR)
     with pytest.raises(Defect, match=r"one\.h5: the result is whole"):

@@ -93,7 +93,7 @@ GOOD["machine"] = {
 WHOLE = {name: GOOD[name] for name in ("ratios", "tuned", "rig", "several", "pendulum")}
 WHOLE["dynamic"] = rolling(DYNAMIC, "roll", "start_up", "control")
 BAD = (float("nan"), float("inf"), "nan", "1e400 m", "3 bananas", [], {}, True, "", 10**400)
-QUICK = ("nan", "3 bananas", {}, 10**400)
+QUICK = ("nan", {}, 10**400)
 TABLES = ("machine", "response", "tuning", "isolation")
 
 

@@ -1,5 +1,5 @@
 """Claim: responses, peaks and derivatives of several absorbers agree with matrices, grids and
-differences; tunings agree with one absorber's own solver and with global search.
+differences; tunings have as many equal peaks as they should.
 """
 
 from itertools import product

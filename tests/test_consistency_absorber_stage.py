@@ -81,37 +81,6 @@ def test_no_optimum_is_a_failure_and_no_help_a_result() -> None:
     assert any("no absorber helps" in words for words in record.warnings)
 
 
-TWO = """schema = 1
-title = "two"
-[machine]
-kind = "absorber"
-primary = { mass = "2000 kg", linear_stiffness = "11369 N/mm", damping_ratio = 0.02 }
-secondaries = [SECONDARIES]
-[tuning]
-[response.absorber]
-"""
-UPPER, LOWER = '{ name = "b", mass = "20 kg", on = "a" }', '{ name = "a", mass = "80 kg" }'
-
-
-@pytest.mark.long
-def test_a_family_over_a_range_is_that_over_its_list() -> None:
-    key, path = "response.absorber.vary={stiffness_ratio=", "response/absorber/peak/magnitude"
-    spread, listed = (
-        run("absorber", key + values + "}")
-        for values in ("{from='0 %', to=0.2, points=5}", "[0.0, 0.05, 0.1, 0.15, 0.2]")
-    )
-    np.testing.assert_allclose(spread[path].values, listed[path].values, rtol=1e-12)
-    assert spread[path].axes[0].values.tolist() == listed[path].axes[0].values.tolist()
-
-
-@pytest.mark.long
-def test_the_order_of_several_absorbers_changes_no_number(tmp_path: Path) -> None:
-    one, two = (floor(tmp_path, TWO.replace("SECONDARIES", ", ".join(order))).record
-                for order in ((UPPER, LOWER), (LOWER, UPPER)))  # fmt: skip
-    for path, quantity in one.items():
-        assert np.array_equal(quantity.values, two[path].values), path
-
-
 #: a machine of 2000 kg on a floor, with bounds
 FLOOR = """schema = 1
 title = "floor"

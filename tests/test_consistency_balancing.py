@@ -186,7 +186,7 @@ def test_an_optimum_at_the_ends_of_a_turn_is_on_no_bound() -> None:
         (
             f'{{ key = "{WEIGHT}[0].unbalance", min = "0 kg*m", max = "0.2 kg*m",'
             f' followed_by = [{{ key = "{WEIGHT}[1].unbalance", factor = -1 }}] }}',
-            "would take a value that it must not have",
+            "would take a value outside its range",
         ),
         (
             _variable(f"{WEIGHT}[0].unbalance", "30 g*m", "0.2 kg*m"),

@@ -1,7 +1,7 @@
 """Claim: the arrays of a shaft line and of its cylinders say what the case says.
 
-The truth is Lagrange's: energies written down station by station at their own speeds, with the
-gears as constraints, and the pendulum's own equation of motion.
+The truth is worked out here from dimensions and angles; what the whole line does is held in
+`test_consistency_random_lines.py`.
 """
 
 import math

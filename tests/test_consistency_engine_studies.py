@@ -1,4 +1,4 @@
-"""Claim: sweeps, searches and optimisations over keys of an engine give what single runs give."""
+"""Claim: searches and optimisations over keys of an engine find what closed forms say."""
 
 import math
 from pathlib import Path

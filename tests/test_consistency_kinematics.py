@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from long_but import long_but
 
-from vibecalc.kinematics.harmonics import dropped_with_error, harmonics_with_error, motion_harmonics
+from vibecalc.kinematics.harmonics import harmonics_with_error, motion_harmonics
 from vibecalc.kinematics.slider_crank import (
     piston_displacement,
     piston_motion,
@@ -165,25 +165,6 @@ def test_way_from_top_dead_centre_keeps_its_digits_at_a_tiny_way(offset):
             assert max(e / y for e, y in zip(errors, truth, strict=True)) < 2e-15
         ours_stroke = mp.mpf(float(stroke(radius, length, offset)))
         assert abs(ours_stroke / (top - bottom) - 1) < 1e-15
-
-
-@pytest.mark.long
-def test_dropped_orders_against_the_closed_form_at_ninety_degrees():
-    for rod_ratio in (0.1, 0.999999):
-        digits = 110 if rod_ratio < 0.5 else 40
-        values = closed_form(rod_ratio, 40, digits)
-        with mp.workdps(digits):
-            lam = mp.mpf(rod_ratio)
-            total = 1 + lam / mp.sqrt(1 - lam**2)
-            kept = mp.mpf(0)
-            for n, value in enumerate(values):
-                kept += n**2 * abs(value)
-                if n % 4:
-                    continue
-                ours = dropped_with_error(rod_ratio, n)
-                error = abs(mp.mpf(float(ours.value)) - (total - kept))
-                assert error <= ours.error
-                assert ours.error <= 1e-11 * (total - kept)
 
 
 def test_truncated_harmonics_and_their_rest_against_exact_sums():

@@ -1,7 +1,7 @@
 """Claim: the damper of a line is tuned as other methods tune it, from readings other ways confirm.
 
 Evidence: dense solution with the ring as a freedom, mpmath at a speed near zero, the closed-form
-absorber, a brute force that is refined round its best point, differential evolution, the simplex.
+absorber, a brute force that is refined round its best point.
 """
 
 import mpmath

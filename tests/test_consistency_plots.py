@@ -11,7 +11,7 @@ pytest.importorskip("matplotlib")
 
 from drawn import coarse, figure, lines, words
 
-from vibecalc.core.report.plots import draw_file, make
+from vibecalc.core.report.plots import _file_name, draw_file, every_picture, make
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.results.record import Axis, entry
 from vibecalc.core.results.store import read_result
@@ -45,7 +45,7 @@ def test_shaking_reaches_the_peaks_of_the_result_in_time_and_along_its_path() ->
         for direction, peak in zip("xyz", peaks.values, strict=True):
             drawn = np.abs(shown.get(direction, 0.0)).max()
             assert drawn == pytest.approx(float(peak), rel=1e-4, abs=1e-9)
-    assert set(lines(force)) >= {"y: 115.5 N at 90 deg", "z: 222.9 N at 0 deg"}
+    assert set(lines(force)) >= {"y: peak 115.5 N at 90 deg", "z: peak 222.9 N at 0 deg"}
     across, up = (np.asarray(one) for one in path.get_lines()[0].get_data())
     order = np.asarray(result.record["excitation/force"].axes[0].values)
     turned = np.exp(1j * np.outer(np.radians(np.linspace(0.0, 360.0, across.size)), order))
@@ -159,14 +159,41 @@ def test_start_and_optimum_against_bounds_and_limits() -> None:
     [
         ("body", "body_modal_energy"),
         ("modal_test", "modal_test_energy"),
-        ("energy_modal", "energy_modal"),
+        ("energy_modal", "energy_modal_energy"),
     ],
 )
-def test_a_file_has_no_word_of_the_result_twice(
+def test_a_file_has_no_word_of_the_result_twice_but_the_last(
     stem: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     coarse(monkeypatch)
     assert [path.stem for path in draw_file(replace(rigid_body(), name=stem), tmp_path)] == [name]
+
+
+def test_pictures_of_all_shipped_cases_have_names_of_their_own() -> None:
+    """So that `make plots` draws all of them into one folder."""
+    every, files = every_picture(), list[str]()
+    for path in sorted((GOLDEN.parent / "snapshots").glob("*.pictures.txt")):
+        stem = path.name.partition(".")[0]
+        drawn = [line.split()[0] for line in path.read_text(encoding="utf-8").splitlines()
+                 if line[0] != " "]  # fmt: skip
+        files += [_file_name(stem, name, every) for name in drawn]
+    assert len(files) > 250 and sorted(set(files)) == sorted(files)
+    assert _file_name("absorber_curves", "absorber_curves", every) == "absorber_curves_curves"
+
+
+def test_names_near_a_limit_and_above_the_axes_leave_the_curves_free() -> None:
+    result = read_result(GOLDEN / "generator_mount_design.h5")
+    from matplotlib.text import Text
+
+    made = figure(result, "run_up")
+    made.canvas.draw()
+    mount = made.axes[1]
+    (limit,) = (text for text in mount.texts if text.get_text().startswith("run-up limit"))
+    (peak,) = (text for text in mount.texts if " rpm" in text.get_text())
+    assert not limit.get_window_extent().overlaps(peak.get_window_extent())
+    names = [text for text in mount.texts if text.get_text() in ("order 1", "order 2")]
+    assert len(names) == 2
+    assert all(Text.get_window_extent(one).y0 > mount.bbox.y1 for one in names)
 
 
 def test_equal_results_give_equal_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,7 +22,7 @@ ROOT = "response/torsion/"
 #: of the size of a result
 TOLERANCE = 1e-8
 #: of them those that have all kinds of parts, dampings and loads together; the rest are long
-USUAL = (0, 2, 4, 5, 6)
+USUAL = (0, 2, 4, 5)
 
 
 class Results:

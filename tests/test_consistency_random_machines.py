@@ -21,7 +21,7 @@ from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 
 #: of 300 machines those that have all kinds of parts, tables and laws together; the rest are long
-USUAL = (19, 52, 64, 114, 125, 126, 149, 218, 272, 276)
+USUAL = (19, 52, 64, 114, 125, 126, 149, 272, 276)
 #: of these with all orders and searches over speed
 DEEP = (52, 64, 125)
 #: paths, or their ends, that are not compared, and why

@@ -22,6 +22,9 @@ OWN = {
     "impact_time": "compressor_impact",
     "impact_spectrum": "compressor_impact",
     "dominance": "compressor_impact",
+    # of which the numbers at the left are wider than at the size that is measured first
+    "balance_orders": "balance_i4",
+    "torsion_twists": "engine_two_stroke",
 }
 
 
@@ -61,7 +64,7 @@ def test_energies_have_dots_down_to_a_millionth_of_the_largest() -> None:
     assert axes.get_yscale() == "log"
     assert axes.get_ylim()[0] == pytest.approx(1e-6 * largest)
     last = max(int(np.flatnonzero(kind.values >= 1e-6 * largest)[-1]) + 1 for kind in kinds)
-    assert f"orders {last + 1} to {len(values)}: below" in axes.get_title(loc="left")
+    assert f"orders {last + 1} to {len(values)}: below" in axes.get_title(loc="right")
     assert axes.get_ylabel() == "energy in J"
 
 

@@ -145,9 +145,7 @@ def test_resonances_are_marked_over_the_speed() -> None:
     marks = [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]
     rpm = 60.0 / (2.0 * np.pi)
     assert sorted(marks) == pytest.approx(sorted(rpm * np.array([90.0, 140.0, 70.0])))
-    assert {"order 1, mode 1", "order 1, mode 2", "order 2, mode 2"} <= {
-        text.get_text() for text in axes.texts
-    }
+    assert {"mode 1 / 1", "mode 2 / 1", "mode 2 / 2"} <= {text.get_text() for text in axes.texts}
     assert axes.get_ylabel() == "energy in J"
 
 
@@ -181,7 +179,7 @@ def test_the_line_of_a_limit_runs_where_it_is_just_kept() -> None:
 
 def test_the_region_is_green_where_all_limits_are_kept() -> None:
     sweep, made = own("sweep_map")
-    axes = panel(made, "limits")
+    axes = panel(made, "green: all limits")
     (cells,) = (part for part in axes.collections if hasattr(part, "get_coordinates"))
     drawn = np.ma.filled(cells.get_array().astype(float), -2.0).reshape(15, 21)
     kept = judge(sweep).kept

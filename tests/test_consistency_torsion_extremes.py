@@ -59,3 +59,23 @@ def test_a_limit_on_a_curve_hangs_on_no_grid() -> None:
     assert coarse.computed == pytest.approx(fine.computed, rel=1e-9)
     assert coarse.state == fine.state == "broken"
     assert coarse.label.startswith("damper=ring, speed=")
+
+
+def test_an_undamped_critical_is_skipped_with_a_station_without_inertia() -> None:
+    stations = [("a", 2.0), ("m", 0.0), ("b", 3.0)]
+    drive = {"on": "a", "orders": [1, 2], "torques": [100.0, 50.0]}
+    line = {
+        "stations": [{"name": name, "inertia": inertia} for name, inertia in stations],
+        "shafts": [{"stiffness": 1e5}, {"stiffness": 2e5}],
+        "excitations": [drive],
+    }
+    result = run({
+        "schema": 1,
+        "title": "light station",
+        "machine": {"kind": "drive_train", "speed": 20.0, "shaft_line": line},
+        "response": {"torsion": {"speeds": {"from": 50.0, "to": 300.0, "points": 31}}},
+    }).record  # fmt: skip
+    critical = np.sqrt(1.0 / (1.0 / 1e5 + 1.0 / 2e5) * (1.0 / 2.0 + 1.0 / 3.0))
+    start, end = (result[f"{ROOT}/resonances_skipped/{name}"].values for name in ("from", "to"))
+    assert np.all((start < [critical / 2.0, critical]) & (end > [critical / 2.0, critical]))
+    assert np.all(np.isinf(result[f"{ROOT}/largest/torque_half_range"].values))

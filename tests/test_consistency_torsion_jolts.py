@@ -1,4 +1,4 @@
-"""Claim: torques in time move a shaft line as closed forms and another integrator say."""
+"""Claim: torques in time move a shaft line as closed forms say."""
 
 import numpy as np
 import pytest

@@ -125,6 +125,19 @@ def test_rigid_motions_are_no_poles_however_rounding_moves_them_apart() -> None:
         assert np.allclose(found, modes[modes > 0.0], rtol=1e-6)
 
 
+@pytest.mark.parametrize("damping", [0.0, 3.0])
+def test_poles_of_a_line_with_a_station_without_inertia(damping: float) -> None:
+    """They are those of the two shafts as one; with dashpots those of a tiny inertia instead."""
+    line = chain(np.array([2.0, 0.0, 3.0]), np.array([1e5, 2e5]))
+    line = line._replace(damping=np.array([damping, 0.0]))
+    found = all_poles(line).pole
+    light = all_poles(line._replace(inertia=np.array([2.0, 1e-9, 3.0]))).pole
+    assert found[0] == pytest.approx(light[0], rel=1e-9)
+    if not damping:
+        one = np.sqrt(1.0 / (1.0 / 1e5 + 1.0 / 2e5) * (1.0 / 2.0 + 1.0 / 3.0))
+        assert found == pytest.approx([1j * one], rel=1e-14)
+
+
 def test_a_locked_damper_turns_with_the_crank() -> None:
     line = chain(
         np.array([27.5126 + 18.64] + [18.64] * 5 + [2655.0]),

@@ -11,7 +11,7 @@ from engine_cases import ENGINE, replaced
 from test_consistency_torsion_stage import value
 
 from vibecalc.core.case.load import validate
-from vibecalc.torsion.adapters.motion import curve_of, readings_of
+from vibecalc.torsion.adapters.motion import Motion, readings_of
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 
 LOW, HIGH = 1000.0 * np.pi / 30.0, 9000.0 * np.pi / 30.0
@@ -32,7 +32,7 @@ def at_points(text: str, points: int) -> str:
 
 def fine(setup: Setup) -> tuple[np.ndarray, np.ndarray]:
     speed = np.linspace(LOW, HIGH, 4001)
-    return speed, curve_of(setup, readings_of(setup)["torque_half_range"], speed)
+    return speed, readings_of(setup)["torque_half_range"].of(Motion(setup, speed)).value
 
 
 def built(text: str) -> Setup:

@@ -1,4 +1,4 @@
-"""Claim: studies of a shaft line agree with its steady response, which is found in another way."""
+"""Claim: studies of a shaft line agree with runs of the line that they change."""
 
 from functools import cache
 from pathlib import Path

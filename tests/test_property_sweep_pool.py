@@ -51,16 +51,16 @@ def test_all_points_come_back_from_other_processes_with_one_thread(step: int) ->
 
 @pytest.mark.parametrize("step", [1, pytest.param(7, marks=pytest.mark.long)])
 def test_points_that_kill_their_process_are_reported_and_the_rest_is_computed(step: int) -> None:
-    start = Start(killing=frozenset({3, 13}), leaving=frozenset({20}))
-    _, lost = run(start, step=step)
+    start = Start(killing=frozenset({3}), leaving=frozenset({20}))
+    _, lost = run(start, jobs=1, step=step)
     assert {point: int(one.status[0]) for point, one in lost.items()} == dict.fromkeys(
-        (3, 13, 20), DIED
+        (3, 20), DIED
     )
     assert "SIGKILL" in lost[3].message[0] and "exit code 7" in lost[20].message[0]
 
 
 def test_a_process_that_dies_once_costs_one_more_try_and_no_point(tmp_path: Path) -> None:
-    _, lost = run(Start(once=frozenset({9, 16}), folder=str(tmp_path)))
+    _, lost = run(Start(once=frozenset({9, 16}), folder=str(tmp_path)), jobs=1)
     assert not lost
     calls = Counter((tmp_path / "calls").read_text(encoding="ascii").split())
     assert calls["9"] == calls["16"] == 2
@@ -74,7 +74,7 @@ def test_a_mistake_is_raised_with_its_traceback() -> None:
 
 
 def test_processes_that_never_start_are_an_error_and_not_a_loop() -> None:
-    with Workers(dies_at_once, jobs=2) as workers, pytest.raises(UsageError, match="exit code 9"):
+    with Workers(dies_at_once, jobs=1) as workers, pytest.raises(UsageError, match="exit code 9"):
         list(workers.run(CHUNKS))
 
 

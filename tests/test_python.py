@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawn import coarse
 from fuzzing import command
 from shipped_cases import CASES, ROOT
 
@@ -22,6 +23,7 @@ PEAK = "isolation/couple_over_lever/steady_peak"
 @pytest.fixture(autouse=True)
 def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    coarse(monkeypatch)
 
 
 def swept(damping: float = 60.0) -> vibecalc.Result:

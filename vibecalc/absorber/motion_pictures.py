@@ -42,7 +42,8 @@ def _panel(label: str, *names: str, height: float = 1.0) -> Panel:
         Curve(_topped(root, name), words, {"marker": "", "color": color})
         for name in names
         for root, words, color in (
-            (MOTION_ROOT, "with absorber", COLOURS[0]), (WITHOUT_ROOT, "without", COLOURS[1]),
+            (MOTION_ROOT, "with absorber", COLOURS[0]),
+            (WITHOUT_ROOT, "without absorber", COLOURS[1]),
         )
     )  # fmt: skip
     return Panel(label, lines, log="y", height=height, legend={"loc": "best"})
@@ -51,12 +52,12 @@ def _panel(label: str, *names: str, height: float = 1.0) -> Panel:
 ABSORBER_MOTION = Curves(
     "motions and forces by frequency",
     (
-        _panel("primary", "displacement", "angle", height=1.5),
-        _panel("primary against ground", "deflection", height=1.5),
+        _panel("motion of the primary", "displacement", "angle", height=1.5),
+        _panel("motion against ground", "deflection", height=1.5),
         _panel("acceleration", "acceleration", "angular_acceleration"),
-        _panel("on the ground", "transmitted_force", "transmitted_torque"),
+        _panel("load on the ground", "transmitted_force", "transmitted_torque"),
         Panel(
-            "travel",
+            "travel of the\nabsorber",
             (
                 *(Curve(_topped(MOTION_ROOT, name), "", {"marker": ""}) for name in _TRAVELS),
                 *(Curve(_topped(MOTION_ROOT, f"each/{name}"), "{}", {"marker": ""})
@@ -65,7 +66,7 @@ ABSORBER_MOTION = Curves(
             legend={"loc": "best"},
         ),
         Panel(
-            "absorber",
+            "load of the\nabsorber",
             (
                 *(Curve(_topped(MOTION_ROOT, name), name.split("_")[0],
                         {"marker": "", "color": COLOURS[1 + i % 2]})

@@ -12,6 +12,7 @@ from vibecalc.absorber.report.tuning import ABSORBER, PENDULUM
 from vibecalc.core.report.canvas import (
     COLOURS,
     LIMIT,
+    PLATE,
     QUIET,
     TOTAL,
     canvas,
@@ -20,7 +21,7 @@ from vibecalc.core.report.canvas import (
     plain_ticks,
     spread_out,
 )
-from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, level
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, level, through
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.sources import Look, Source
 from vibecalc.core.report.writing import show
@@ -95,6 +96,8 @@ _OWN = ("tuned", "as given")
 _LIMITS = {"locked": "--", "free": ":"}
 #: of the highest finite maximum, or of the fixed points, the top of the picture
 _ROOM = 2.5
+#: of the highest maximum of the first curve, how far up that of another counts
+_FAR = 20.0
 _RING: Look = {"markerfacecolor": "none", "markeredgewidth": 1.6, "linestyle": ""}
 
 
@@ -132,7 +135,7 @@ def _family(result: Result) -> tuple[Panel, ...]:
             "linewidth": 2.4 if name in _OWN else 1.3,
             "marker": "",
         }
-        sizes.append(Curve(_known(row), name, look))
+        sizes.append(Curve(_known(_to_its_tops(row, place, result)), name, look))
         phases.append(Curve(_known(row), "", look, part=_turned))
     scale = float(over.values[-1] / curve.axes[1].values[-1])
     return (
@@ -148,6 +151,22 @@ def _family(result: Result) -> tuple[Panel, ...]:
 
 
 ABSORBER_CURVES = Curves(_title, _family, high=2.85)
+
+
+def _to_its_tops(row: Quantity, place: int, result: Result) -> Quantity:
+    """The magnitude of a curve through its maxima, between the frequencies of the case."""
+    found = [result.record.quantities.get(f"{ABSORBER}peak/{x}") for x in (
+        "frequency_ratio", "magnitude")]  # fmt: skip
+    where, height = (None if one is None else np.ravel(one.values[place]) for one in found)
+    if where is None or height is None:
+        return row
+    over = row.axes[0]
+    ratio = result.record[ABSORBER + "curve"].axes[1].values
+    inside = np.isfinite(height) & (height > 0.0) & (where >= ratio[0]) & (where <= ratio[-1])
+    scale = float(over.values[-1] / ratio[-1])
+    tops = np.stack([scale * where[inside], height[inside]], axis=1)
+    x, y = through(over.values, np.abs(row.values), tops)
+    return replace(row, values=y, axes=(replace(over, values=x),))
 
 
 def _turned(values: np.ndarray) -> np.ndarray:
@@ -183,16 +202,20 @@ def _rings(plot: Plot, scale: float) -> None:
     x, y = scale * place.values, height.values
     plot.axes.plot(x, y, "o", color=LIMIT, ms=9, zorder=6, label="fixed points P, Q", **_RING)
     for name, *at in zip(labels(height.axes[0]), x.tolist(), y.tolist(), strict=True):
-        note(plot.axes, name, (at[0], at[1]), (0, 9), ha="center", color=LIMIT)
+        note(plot.axes, name, (at[0], at[1]), (0, 8), ha="center", color=LIMIT, bbox=PLATE)
 
 
 def _heights(plot: Plot, hidden: Sequence[int]) -> tuple[float, float]:
-    """From the lowest of the first curve to the highest maximum of what is drawn."""
+    """From the lowest of the first curve to the highest maximum of what is drawn, not far above.
+
+    Maxima of curves that are nearly undamped would leave little of the page for the others.
+    """
     own = plot.drawn[0][1]
     height = plot.result.record.quantities.get(ABSORBER + "peak/magnitude")
     tops = own if height is None else np.delete(height.values, np.array(hidden, dtype=int), axis=0)
     top = float(np.nanmax(gaps(tops), initial=float(np.nanmax(own, initial=1.0))))
     low = float(np.nanmin(own, initial=1.0))
+    top = min(top, _FAR * float(np.nanmax(gaps(own), initial=1.0)))
     return max(0.5 * low, 0.02 * min(1.0, top)), _ROOM * top
 
 
@@ -202,8 +225,8 @@ def _heights(plot: Plot, hidden: Sequence[int]) -> tuple[float, float]:
 
 _ROOT = "tuning/chart/"
 _OVER = ("primary_damping", "mass_ratio")
-_MASS, _STIFF = "mass ratio $J_2 / J_1$", "optimum stiffness ratio $K_2 / K_1$"
-_DAMPING_LABEL = r"optimum damping $\varepsilon_2 = c_2 / (2 J_2 \omega_2)$"
+_MASS, _STIFF = "mass ratio $J_2 / J_1$", "optimum stiffness\nratio $K_2 / K_1$"
+_DAMPING_LABEL = "optimum damping ratio\n" + r"$c_2 / (2 J_2 \omega_2)$"
 _PEAK = "minimum peak"
 
 
@@ -226,7 +249,7 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
         top, k, z = (np.asarray(part.values, dtype=float)[row] for part in (peak, stiff, own))
         helped = (k > 0.0) | (z > 0.0)
         k, z = np.where(helped, k, np.nan), np.where(z > 0.0, z, np.nan)
-        label = show(float(value), digits=2)
+        label = f"{value:g}"
         pairs = ((mass, top), (mass, k), (mass, z), (z, top), (k, top), (k, z))
         for axes, (x, y) in zip(panels.flat, pairs, strict=True):
             axes.plot(x, y, color=tint, label=label if axes is panels.flat[0] else None)
@@ -234,7 +257,7 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
              (_DAMPING_LABEL, _PEAK), (_STIFF, _PEAK), (_STIFF, _DAMPING_LABEL))  # fmt: skip
     for axes, (across, up) in zip(panels.flat, names, strict=True):
         _dress(axes, across, up, mass)
-    figure.legend(title="damping of the primary", loc="outside lower center", ncols=8)
+    figure.legend(title="damping ratio of the primary", loc="outside lower center", ncols=8)
     return figure
 
 
@@ -346,7 +369,7 @@ ABSORBER_WARMING = Curves(
                 Curve(_WARM + "peak", "same springs", _PLAIN),
                 Curve(_WARM + "best_peak", "optimum springs at each temperature",
                       {"color": COLOURS[2], "linestyle": "--", "marker": ""}),
-                level("tuning/peak", "tuning, {}", color=LIMIT, linestyle=":"),
+                level("tuning/peak", "as tuned, {}", color=LIMIT, linestyle=":"),
             ),
             ends=(0.0, None),
             height=1.7,
@@ -359,7 +382,7 @@ ABSORBER_WARMING = Curves(
                 level("tuning/damping_over_primary_critical", "required", linestyle=":"),
             ),
             log="y",
-            legend={"loc": "upper right"},
+            legend={"loc": "lower left"},
             below="temperature of the oil in $\\degree$C",
         ),
     ),

@@ -358,7 +358,7 @@ class FrictionDamped(Group):
         exempt=PLACE)  # fmt: skip
     best_largest: Any = named("", "", "largest response with the optimum friction")
     curve: Any = q("frequency_ratio", "", "response of the primary with the damper, over T0 / K1",
-        PEAK, curve="friction_damper")  # fmt: skip
+        PEAK, curve="friction_damper", name="response of the primary")  # fmt: skip
 
 
 # ----------------------------------------------------------------------------

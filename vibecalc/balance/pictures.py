@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.balance.report import axis_of
 from vibecalc.balance.results import WeightsFound
-from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
+from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette, unit_words
 from vibecalc.core.report.curves import Curve, Curves, Panel
 from vibecalc.core.report.sections import by_size, having, labels, scalar_of
 from vibecalc.core.report.writing import read, show
@@ -44,9 +44,11 @@ def _acting(name: str, when: str) -> Callable[[Result], Quantity | None]:
 def _title(result: Result) -> str:
     """With the residual of all orders, without the weights and with them."""
     both = (scalar_of(result.record, f"balance/{when}/all_orders") for when in _TIMES)
-    sizes = [f"{show(size)} N" for size in both if size is not None]
+    sizes = [size for size in both if size is not None]
+    factor, unit = unit_words("N", max(sizes, default=0.0))
+    listed = " and ".join(f"{show(factor * size, digits=4)} {unit}" for size in sizes)
     words = "without and with the weights, by order"
-    return f"{words}; residual unbalance of all orders: {' and '.join(sizes)}" if sizes else words
+    return f"{words}; residual unbalance of all orders: {listed}" if sizes else words
 
 
 _LABELS = {"force": "force", "couple": "couple", "residual": "residual unbalance"}

@@ -102,8 +102,9 @@ def _polar(
     handles, texts = grid[0, 0].get_legend_handles_labels()
     if texts:
         figure.legend(handles, texts, loc="outside lower center", ncols=len(texts))
-    for axes in grid[-1]:
+    for axes in grid.ravel()[len(shown) - columns : len(shown)]:  # the lowest of each column
         axes.set_xlabel(f"{of[flat]} in {unit}")
+        axes.tick_params(labelbottom=True)
     for axes in grid[:, 0]:
         axes.set_ylabel(f"{of[upright]} in {unit}")
     return figure
@@ -120,6 +121,6 @@ def _path(axes: "Axes", force: np.ndarray, angle: np.ndarray) -> None:
     axes.plot([0.0], [0.0], "+", color=QUIET, ms=9)
     mark_angles(axes, force, angle, range(0, round(float(angle[-1])), _MARK * turns), TOTAL)
     axes.plot([0.0, top.real], [0.0, top.imag], color=LIMIT, linewidth=0.9)
-    axes.plot([top.real], [top.imag], "o", color=LIMIT, ms=4)
+    axes.plot([top.real], [top.imag], "o", color=LIMIT, ms=4, label="largest")
     axes.set_aspect("equal", adjustable="box")
     axes.margins(0.12)

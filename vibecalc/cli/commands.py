@@ -381,7 +381,7 @@ def plot(
     only: list[str] | None = typer.Option(
         None,
         metavar="NAME",
-        help="Only these pictures; commas, or repeat the option.",
+        help="Only these pictures; separated by commas, or repeat the option.",
         autocompletion=names_of_pictures,
     ),
     no_title: bool = typer.Option(False, "--no-title", help="Leave out the title of the figures."),
@@ -410,7 +410,7 @@ def new(
     scene: str = typer.Argument(
         "list",
         metavar="NAME",
-        help="Kind of machine; `list` shows them.",
+        help="Name of a starter; `list` shows them.",
         autocompletion=beginnings,
     ),
     output: Path | None = typer.Option(

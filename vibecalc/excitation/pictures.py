@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 _BALANCED = 1e-9
 #: crank angles marked on the path, in degrees
 _QUARTERS = (0, 90, 180, 270)
+#: of the largest, how far the axes of the path reach
+_REACH = 1.4
 
 
 def draw_shaking(result: Result) -> "Figure | None":
@@ -68,7 +70,7 @@ def _shaking(
     for i in acting:
         top = int(np.argmax(np.abs(signal[i]) > (1.0 - _BALANCED) * size[i]))  # the first
         at = f"{show(factor * signal[i][top], digits=4)} {unit} at {degrees[top]:.0f} deg"
-        left.plot(degrees, factor * signal[i], color=COLOURS[i], label=f"{names[i]}: {at}")
+        left.plot(degrees, factor * signal[i], color=COLOURS[i], label=f"{names[i]}: peak {at}")
     left.axhline(0.0, color=QUIET, linewidth=0.8)
     left.set_ylabel(f"{quantity.path.rsplit('/', 1)[-1]} in {unit}")
     left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))
@@ -81,8 +83,10 @@ def _shaking(
     right.plot(x, y, color=TOTAL)
     right.plot([0.0], [0.0], "+", color=QUIET)
     mark_angles(right, x + 1j * y, degrees, _QUARTERS, LIMIT)
-    right.set_aspect("equal", adjustable="datalim")
-    right.margins(0.25)
+    right.set_aspect("equal", adjustable="box")
+    reach = _REACH * max(float(np.abs(x).max()), float(np.abs(y).max()))
+    right.set(xlim=(-reach, reach), ylim=(-reach, reach))
+    right.locator_params(nbins=4)
     right.set_xlabel(f"{names[across]} in {unit}")
     right.set_ylabel(f"{names[up]} in {unit}")
     right.set_title("path, crank angle in deg", fontsize=8)
@@ -114,7 +118,7 @@ MOTOR_FORCE = Curves(
 # ----------------------------------------------------------------------------
 
 _BARS = (Curve("excitation/turning/with_crank", "with the crank", bars=True),
-         Curve("excitation/turning/against_crank", "against it", bars=True))  # fmt: skip
+         Curve("excitation/turning/against_crank", "against the crank", bars=True))  # fmt: skip
 TURNING_FORCE = Curves(
     "forces that turn with the crank and against it, by order", (Panel("force", _BARS),)
 )

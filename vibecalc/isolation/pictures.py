@@ -25,11 +25,10 @@ from vibecalc.core.report.curves import (
     Plot,
     level,
     limits,
-    peak,
-    resonances,
     spans,
     usual_ends,
 )
+from vibecalc.core.report.marks import peak, resonances
 from vibecalc.core.report.sections import having, labels, scalar_of, speed_of, table_of
 from vibecalc.core.report.sources import Look, over_turn, sourced
 from vibecalc.core.report.writing import hertz, rpm, show
@@ -52,8 +51,13 @@ def _over_cycle(name: str, words: str) -> Panel:
         for order, said in ORDER_NAMES.items()
     ]
     total = Curve(over_turn(f"{stem}_harmonics"), "total", {"color": TOTAL, "linewidth": 2.0})
-    marks = (level(f"{stem}_peak", "peak {}", mirrored=True), limits(f"{stem}_peak", mirrored=True))
-    return Panel("force", (*orders, total, *marks), words)
+    marks = (level(f"{stem}_peak", "peak", mirrored=True), limits(f"{stem}_peak", mirrored=True))
+
+    def title(result: Result) -> str:
+        peak = scalar_of(result.record, f"{stem}_peak")
+        return words if peak is None else f"{words}, peak {show(peak, digits=4)} N"
+
+    return Panel("force", (*orders, total, *marks), title, unit="N")
 
 
 FORCE_OVER_CYCLE = Curves(
@@ -79,7 +83,7 @@ _RIPPLE = 2e-3
 
 def _reaction(result: Result) -> str:
     size = np.abs(result.record[_COUPLE].values)
-    ripples = "; ripples stand for orders left out" * bool(size[-1] > _RIPPLE * size.max())
+    ripples = "; ripples result from the orders left out" * bool(size[-1] > _RIPPLE * size.max())
     return "torque reaction on the mounts" + ripples
 
 
@@ -210,6 +214,7 @@ RUN_UP = Curves(
         _run_up("isolation/couple_over_lever", "pitch couple / lever", {"color": TOTAL}),
         _run_up("isolation/support_force", "mount", {}),
     ),
+    high=3.4,
 )
 
 # ----------------------------------------------------------------------------
@@ -259,7 +264,7 @@ MODAL_ENERGY = Curves(
 _WAY = np.array([0, 1, 3, 2, 0, 4, 5, 1, 5, 7, 3, 7, 6, 2, 6, 4])
 _BOX = (2 * (_WAY[:, None] >> np.arange(3) & 1) - 1) * np.array([0.62, 0.62, 0.5])
 #: lengths of the arrows, how far the box is drawn aside, and by what angle, of a mode of size 1
-_ARROW, _ASIDE, _ANGLE = 1.25, 0.45, 0.35
+_ARROW, _ASIDE, _ANGLE = 1.05, 0.4, 0.35
 
 
 def draw_mode_shapes(result: Result) -> "Figure | None":

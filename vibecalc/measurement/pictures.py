@@ -199,11 +199,15 @@ def _reference(result: Result) -> float:
 def _draw(
     axes: "Axes", x: np.ndarray, y: np.ndarray, amplitude: np.ndarray, reference: float
 ) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     level = 20.0 * np.log10(np.maximum(amplitude, 1e-12 * np.max(amplitude)) / reference)
     top = float(np.max(level))
     low = max(float(np.min(level)), top - _RANGE)
     shown = np.clip(level, low, top)
-    steps = np.linspace(low, top, 13) if top - low > 1e-6 else np.array([top - 1.0, top])
+    # whole dB, so that the numbers of the bar are those of the contours
+    whole = MaxNLocator(12, integer=True).tick_values(low, top)
+    steps = np.asarray(whole) if top - low > 1e-6 else np.array([top - 1.0, top])
     filled = axes.contourf(x, y, shown, levels=steps, cmap="viridis", extend="min")
     bar = axes.figure.colorbar(filled, ax=axes, shrink=0.9)
     bar.ax.yaxis.set_major_formatter("{x:.0f}")
@@ -270,13 +274,14 @@ def draw_record_orders(result: Result) -> "Figure | None":
     orders, order_names = _kept(result, blocks.axes[2], _ORDERS), labels(blocks.axes[2])
     speeds = np.asarray(speed.values, dtype=float)
     runs = float(np.ptp(speeds)) > _STEADY * float(np.mean(speeds))
-    figure = canvas(result, "orders of the records", 1.0 + 1.8 * len(places))
+    words = "orders of the records: acceleration, amplitudes 0-to-peak"
+    figure = canvas(result, words, 1.0 + 1.8 * len(places))
     panels = figure.subplots(len(places), 2 if runs else 1, squeeze=False, sharex="col")
     at = np.asarray(lines.axes[1].values, dtype=float)
     for place, (axes, *over_speed) in zip(places, panels, strict=True):
         axes.vlines(at[1:], 0.0, np.asarray(lines.values)[place, 1:], color=COLOURS[0], lw=1.0)
-        axes.set_title(names[place], loc="left")
-        axes.set_ylabel("m/s$^2$, 0-pk")
+        axes.set_title(f"channel {names[place]}", loc="left")
+        axes.set_ylabel("m/s$^2$")
         for other in over_speed:
             for row, j in enumerate(orders):
                 values = np.abs(np.asarray(blocks.values)[place, :, j])

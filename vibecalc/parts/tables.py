@@ -52,8 +52,8 @@ AxisName = Literal["x", "y", "z"]
 #: what acts on a body on mounts, with what it says
 Loads = tuple[Literal["shaking", "torque"], ...]
 LOADS = (
-    "what acts on the body: shaking of the masses, torque of what is in the cylinders; leave "
-    "torque out for the shaking alone"
+    "loads on the body: shaking of the masses, torque of the cylinders; omit torque for the "
+    "shaking alone"
 )
 #: between the rows of gas tables
 GasInterpolation = Literal["linear", "parabola", "cubic", "trigonometric"]

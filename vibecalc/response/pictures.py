@@ -13,14 +13,13 @@ from vibecalc.core.report.curves import (
     Panel,
     Plot,
     decades,
-    first_of,
     operating,
-    peak,
-    resonances,
     spans,
     usual_ends,
 )
+from vibecalc.core.report.marks import first_of, peak, resonances
 from vibecalc.core.report.sections import having, labels, speed_of
+from vibecalc.core.report.sources import entry_of
 from vibecalc.core.results.record import Quantity, Result
 
 # ----------------------------------------------------------------------------
@@ -66,7 +65,10 @@ RESPONSE_RUN_UP = Curves(
 # ----------------------------------------------------------------------------
 
 #: of the mean energies of the operations: results that stand with them, their words and marks
-_SUMS = {"weighted": ("weighted mean", "_", 20), "difference": ("range of means", "x", 6)}
+_SUMS = {
+    "weighted": ("weighted mean", "_", 20),
+    "difference": ("largest less smallest mean", "x", 6),
+}
 
 
 def _known(result: Result, path: str) -> Quantity | None:
@@ -77,7 +79,7 @@ def _energies(kind: str, what: str, words: str) -> Panel:
     """Bars for each operation with their range over the angle of the weights."""
     stem = f"response/operations/{kind}_energy"
     within = (f"{stem}/{what}_low", f"{stem}/{what}_high")
-    parts = [Curve(f"{stem}/{what}", "{}", bars=True, most=16, within=within)]
+    parts = [Curve(f"{stem}/{what}", "operation {}", bars=True, most=16, within=within)]
     for name, (said, marker, size) in _SUMS.items() if what == "mean" else ():
         look = {"color": TOTAL, "linestyle": "none", "marker": marker, "markersize": size}
         parts.append(Curve(f"{stem}/{name}", said, look))
@@ -161,8 +163,9 @@ def _speed(result: Result, way: str) -> Quantity | None:
 
 
 _ENERGIES = [
-    Panel("largest kinetic\nenergy", (Curve(partial(_energy, way=way), "{}"),
-                                      partial(_peaks, way=way)),
+    Panel("largest kinetic\nenergy",
+          (*(Curve(entry_of(partial(_energy, way=way), i), "{}", {"color": COLOURS[i]})
+             for i in range(2)), partial(_peaks, way=way)),
           log="y", ends=decades(_DECADES), height=1.2)
     for way in _WAYS
 ]  # fmt: skip

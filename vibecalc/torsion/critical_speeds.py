@@ -236,17 +236,10 @@ def machine_and_speed(pair: ComplexArray) -> tuple[IntArray, FloatArray]:
 
 
 class BarredRanges(NamedTuple):
-    """By rising speed (b,): ends in rad/s, and whether the curve crosses its limit there.
-
-    An end where it does not cross is an end of the speeds that were asked for. `error` is absolute,
-    of both ends, for a curve without error.
-    """
+    """By rising speed (b,): ends in rad/s, where the curve crosses its limit or the speeds end."""
 
     start: FloatArray
     end: FloatArray
-    start_crosses: BoolArray
-    end_crosses: BoolArray
-    error: FloatArray
 
 
 def barred_ranges(excess: Callable[[FloatArray], FloatArray], speed: ArrayLike) -> BarredRanges:
@@ -294,14 +287,11 @@ def barred_ranges(excess: Callable[[FloatArray], FloatArray], speed: ArrayLike) 
     low, high = place
     # the side inside the range counts, so that both ends are within it
     starts, ends = high[rising], low[~rising]
-    start_crosses, end_crosses = np.ones(len(starts), bool), np.ones(len(ends), bool)
     if len(above) and above[0]:
         starts = np.concatenate([speeds[:1], starts])
-        start_crosses = np.concatenate([[False], start_crosses])
     if len(above) and above[-1]:
         ends = np.concatenate([ends, speeds[-1:]])
-        end_crosses = np.concatenate([end_crosses, [False]])
-    return BarredRanges(starts, ends, start_crosses, end_crosses, 4.0 * EPSILON * ends)
+    return BarredRanges(starts, ends)
 
 
 #: of a speed, the step by which the slope of a curve at an end of a range is taken

@@ -124,7 +124,7 @@ def damped_line_modes(
     factors.
     """
     found = refined(line, *(guess or guesses(line, natural_modes(line))), line_at)
-    first = np.count_nonzero(line.inertia) - len(found.pole)
+    first = int(np.count_nonzero(line.inertia)) - len(found.pole)
     # as one with all that dashpots join, and each part of it that only these join to the first
     springs = line.stiffness != 0.0
     rigid, parts = free_parts(line, springs | (line.damping != 0.0)), free_parts(line, springs)
@@ -156,20 +156,36 @@ def poles_of_modes(line: Line, modes: Modes, line_at: Callable[[FloatArray], Lin
             "a mode is damped so strongly that it does not vibrate any more: no pole belongs to it"
         )
     # to each mode the pole whose shape has most of it, of close ones the next by size
-    # parts apart: numpy would make the real factor complex
-    lever = modes.shape[moving] * line.inertia
-    weight = np.hypot(lever @ found.shape.real, lever @ found.shape.imag)
-    weight /= np.sqrt(modes.modal_inertia[moving])[:, None]
-    pole = np.argmax(weight, axis=1)
-    for _ in moving if np.any(np.bincount(pole) > 1) else ():
-        row, column = np.unravel_index(np.argmax(weight), weight.shape)
-        pole[row] = column
-        weight[row], weight[:, column] = -1.0, -1.0
+    pole = np.arange(len(moving))
+    if not _each_its_own(line, modes, found.shape):
+        # parts apart: numpy would make the real factor complex
+        lever = modes.shape[moving] * line.inertia
+        weight = np.hypot(lever @ found.shape.real, lever @ found.shape.imag)
+        weight /= np.sqrt(modes.modal_inertia[moving])[:, None]
+        pole = np.argmax(weight, axis=1)
+        for _ in moving if np.any(np.bincount(pole) > 1) else ():
+            row, column = np.unravel_index(np.argmax(weight), weight.shape)
+            pole[row] = column
+            weight[row], weight[:, column] = -1.0, -1.0
     count = len(modes.frequency)
     every = Poles(np.zeros(count, complex), modes.shape.T.astype(complex), *np.zeros((2, count)))
     every.pole[moving], every.shape[:, moving] = found.pole[pole], found.shape[:, pole]
     every.error[moving] = found.error[pole]
     return every
+
+
+def _each_its_own(line: Line, modes: Modes, shape: ComplexArray) -> bool:
+    """Whether shapes (n, g) of poles by size, each have most of the moving mode of their rank.
+
+    Then no sum over all modes tells more: what their inertia x^H J x has beyond that of their own
+    mode is all that any other mode can have of them.
+    """
+    moving = np.flatnonzero(modes.frequency > 0.0)
+    lever = (modes.shape[moving] * line.inertia).T
+    own = np.abs(np.sum(lever * shape, axis=0)) / np.sqrt(modes.modal_inertia[moving])
+    whole = np.sum(line.inertia[:, None] * np.square(np.abs(shape)), axis=0)
+    others = np.sqrt(np.maximum(whole - np.square(own), 0.0) + 1e-6 * whole)
+    return bool(np.min(own, initial=np.inf) > np.max(others, initial=0.0))
 
 
 def _scaled(shape: ComplexArray, stations: int) -> tuple[ComplexArray, ComplexArray]:

@@ -59,10 +59,11 @@ def chain(inertia: FloatArray, stiffness: FloatArray) -> Line:
 
 
 def lines_of(line: Line) -> list[Line]:
-    """The lines of one whose stiffness and loss factor have one leading axis."""
+    """The lines of one some values of which have one leading axis; none of one without."""
+    count = max(len(one) if one.ndim > 1 else 0 for one in line)
     return [
-        line._replace(stiffness=stiffness, loss_factor=loss)
-        for stiffness, loss in zip(line.stiffness, line.loss_factor, strict=True)
+        mapped(line, lambda one, place=place: one[place] if one.ndim > 1 else one)  # type: ignore[misc]
+        for place in range(count)
     ]
 
 
@@ -118,6 +119,8 @@ def loss_stiffness(line: Line, frequency: FloatArray) -> FloatArray:
 
 def equivalent_line(line: Line, frequency: float | FloatArray) -> Line:
     """The line with dashpots eta k / w in place of its loss factors; w (...) in rad/s."""
+    if not np.any(line.loss_factor):
+        return line
     w = np.asarray(frequency, dtype=float)[..., None]
     dashpot = line.damping + np.abs(line.loss_factor) * line.stiffness / w
     return line._replace(damping=dashpot, loss_factor=np.zeros_like(line.loss_factor))

@@ -206,7 +206,8 @@ def _sharpen(line: Line, frequency: FloatArray, shape: FloatArray) -> None:
         alone[first:last] = False
     plain = line._replace(damping=0.0 * line.damping, loss_factor=0.0 * line.loss_factor,
                           absolute_damping=0.0 * line.inertia)  # fmt: skip
-    found = inverse_iteration(plain, 1j * frequency[alone], shape[alone].T.astype(complex))
+    pole = np.asarray(1j * frequency[alone], dtype=np.complex128)
+    found = inverse_iteration(plain, pole, shape[alone].T.astype(np.complex128))
     shape[alone] = found.imag.T
 
 

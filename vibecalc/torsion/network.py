@@ -134,14 +134,25 @@ def inverse_iteration(line: Line, pole: ComplexArray, x: ComplexArray) -> Comple
     """Unit shapes (n, g) after one step of inverse iteration at each pole (g,)."""
     law = columns(equivalent_line(line, np.abs(pole)))
     near = pole * (1.0 + 16.0 * EPSILON)
-    load = (2.0 * near * law.inertia + law.absolute_damping) * x
-    hand_over(load, law, law.damping * (x[law.second] - x[law.first]))
-    ground = law.ground_stiffness + near * law.absolute_damping + near**2 * law.inertia
+    # in place: of thousands of poles, memory for sums on the way takes longer than these
+    load = 2.0 * near * law.inertia
+    load += law.absolute_damping
+    load *= x
+    torque = x[law.second]
+    torque -= x[law.first]
+    torque *= law.damping
+    hand_over(load, law, torque)
+    ground = near * law.absolute_damping
+    ground += law.ground_stiffness
+    ground += near**2 * law.inertia
+    element = near * law.damping
+    element += law.stiffness
     network = network_of(line)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        factors = network.factorised(list(ground), law.stiffness + near * law.damping)
-        x = network.solved(factors, load)
-        x = np.asarray(x / np.linalg.norm(x, axis=0))
+        x = network.solved(network.factorised(list(ground), element), load)
+        square = np.square(x.real)
+        square += np.square(x.imag)
+        x /= np.sqrt(np.add.reduce(square, axis=0))
     if not np.all(np.isfinite(x)):
         raise NumericalFailure("the poles of the damped line leave the range of numbers")
     return x

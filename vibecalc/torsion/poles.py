@@ -13,6 +13,7 @@ from vibecalc.torsion.line import (
     columns,
     damping_matrix,
     equivalent_line,
+    lines_of,
     mapped,
     network_matrix,
     stiffness_matrix,
@@ -29,6 +30,9 @@ from vibecalc.torsion.network import inverse_iteration
 MANY = 200
 #: share of another mode in the shape of a pole up to which damping counts as weak
 WEAK = 0.3
+#: part of |s|^2 x^H J x that springs hold of a motion that swings; 1 without loss factors. Rounding
+#: leaves EPSILON times the square of highest over lowest frequency where they hold nothing.
+_HELD = 0.1
 
 
 def modal_damping_matrix(line: Line, modes: Modes) -> FloatArray:
@@ -37,7 +41,15 @@ def modal_damping_matrix(line: Line, modes: Modes) -> FloatArray:
     twist = shape[:, line.first] - shape[:, line.second]
     w = np.where(modes.frequency > 0.0, modes.frequency, np.inf)
     dashpot = equivalent_line(line, w).damping
-    return np.asarray((twist * dashpot) @ twist.T + (shape * line.absolute_damping) @ shape.T)
+    if dashpot.ndim == 1 and np.all(dashpot >= 0.0):
+        # the product of a matrix with its own transpose takes half the time
+        twist *= np.sqrt(dashpot)
+        found = twist @ twist.T
+    else:
+        found = (twist * dashpot) @ twist.T
+    if np.any(line.absolute_damping):
+        found += (shape * line.absolute_damping) @ shape.T
+    return np.asarray(found)
 
 
 def guesses(
@@ -356,35 +368,31 @@ def _one_at_a_time(shape: ComplexArray) -> ComplexArray:
 
 
 class LinePoles(NamedTuple):
-    """Poles (r,) in rad/s with vectors (r, n) and `scale` (r,) = x^T (2 s J + C) x.
+    """Poles (r,) in rad/s.
 
     `order` (r,) is the place of the order of the excitation that they are met by, `machine` (r,),
     ascending at each order, that of their line among many.
     """
 
     pole: ComplexArray
-    shape: ComplexArray
-    scale: ComplexArray
     order: IntArray
     machine: IntArray
 
 
 def poles_at_orders(poles: LinePoles, count: int) -> LinePoles:
     """The same poles (r,) at each of so many orders."""
-    each = np.tile(np.arange(len(poles.pole)), count)
     order = np.repeat(np.arange(count), len(poles.pole))
-    pole, shape, scale = (part[each] for part in poles[:3])
-    return LinePoles(pole, shape, scale, order, poles.machine[each])
+    return LinePoles(np.tile(poles.pole, count), order, np.tile(poles.machine, count))
 
 
 def all_poles(line: Line) -> LinePoles:
-    """Poles above the real axis, each at order 0; of many lines (p,) those of one after the other.
+    """Poles that vibrate, each at order 0; of many lines (p,) those of one after the other.
 
-    Eigenvalues of the state matrix, in units of its highest frequency (or the digits of the soft
-    modes are lost), each bettered by one step of Newton's method; a loss factor counts as a complex
-    stiffness.
+    Loss factors count as complex stiffness.
     """
-    return _all_poles(line, line.inertia[..., None] * np.eye(line.inertia.shape[-1]))
+    sets = [_bettered(one, natural_modes(one)) for one in lines_of(line) or [line]]
+    machine = np.repeat(np.arange(len(sets)), [len(one) for one in sets])
+    return LinePoles(np.concatenate(sets), np.zeros_like(machine), machine)
 
 
 def all_poles_by_order(line: Line, speed_stiffness: FloatArray, order: FloatArray) -> LinePoles:
@@ -393,79 +401,20 @@ def all_poles_by_order(line: Line, speed_stiffness: FloatArray, order: FloatArra
     By `speed_stiffness` (e,) in N m/rad per (rad/s)^2; at a pole s of an order the speed is
     s / (i order), so that it counts as an inertia.
     """
-    sets = []
-    for place, one in enumerate(order.tolist()):
-        nothing = np.zeros_like(line.inertia)
-        tied = network_matrix(line, speed_stiffness, nothing)
-        found = _all_poles(line, np.diag(line.inertia) - tied / one**2)
-        sets.append(found._replace(order=np.full_like(found.order, place)))
-    return LinePoles(*(np.concatenate(part) for part in zip(*sets, strict=True)))
+    tied, modes = network_matrix(line, speed_stiffness, 0.0 * line.inertia), natural_modes(line)
+    sets = [_bettered(line, modes, tied / one**2) for one in order.tolist()]
+    place = np.repeat(np.arange(len(order)), [len(one) for one in sets])
+    return LinePoles(np.concatenate(sets), place, np.zeros_like(place))
 
 
-def _all_poles(line: Line, mass: FloatArray) -> LinePoles:
-    """Of lines (..., n) with this inertia (..., n, n)."""
-    count = line.inertia.shape[-1]
-    stiffness, damping = stiffness_matrix(line), damping_matrix(line)
-    # about the highest frequency: no more than twice the stiffness over the inertia of a freedom
-    held, inertia = np.broadcast_arrays(np.diagonal(stiffness, 0, -2, -1), line.inertia)
-    square = np.divide(held, inertia, out=np.zeros_like(held), where=inertia > 0.0)
-    unit = np.sqrt(np.maximum(2.0 * np.max(square, axis=-1, initial=0.0), 1.0))[..., None]
-    if np.any(line.loss_factor):
-        loss = network_matrix(line, line.stiffness * line.loss_factor, np.zeros(count))
-        stiffness = stiffness + 1j * loss
-    leading = np.broadcast_shapes(mass.shape[:-2], stiffness.shape[:-2], damping.shape[:-2])
-    mass, damping, stiffness = (
-        np.broadcast_to(one, (*leading, count, count)).reshape(-1, count, count)
-        for one in (mass, damping, stiffness)
-    )
-    unit = np.broadcast_to(unit, (*leading, 1)).reshape(-1, 1)
-    by = unit[..., None]
-    whole = np.zeros((len(mass), 2 * count, 2 * count), dtype=stiffness.dtype)
-    whole[:, :count, count:] = np.eye(count)
-    right = np.concatenate([-stiffness / by**2, -damping / by], axis=-1)
-    try:
-        whole[:, count:] = np.linalg.solve(mass, right)
-    except np.linalg.LinAlgError:
-        whole = whole[:0]
-    pole, vector = np.linalg.eig(whole)
-    up = pole.imag > 1e-9
-    machine = np.nonzero(up)[0]
-    shape = np.moveaxis(vector, -1, 1)[up][:, :count].astype(np.complex128)
-    pole = (pole * unit[: len(whole)])[up].astype(np.complex128)
-    held = _held_by_springs(line, mass, machine, pole, shape)
-    machine, shape, pole = machine[held], shape[held], pole[held]
-    a, b, c = (
-        np.sum(np.matmul(shape[:, None], part[machine])[:, 0] * shape, axis=1)
-        for part in (mass, damping, stiffness)
-    )
-    # one step of Newton with the quotient of the vector: errors of the vector count squared
-    slope = 2.0 * pole * a + b
+def _bettered(line: Line, modes: Modes, taken: FloatArray | None = None) -> ComplexArray:
+    """`guesses` (g,), each by a step of Newton's method: errors of its shape count squared."""
+    pole, shape = guesses(line, modes, taken)
+    law = columns(line)
+    lossy = law._replace(stiffness=law.stiffness * (1.0 + 1j * law.loss_factor))
+    mass, drag, held = _products(lossy, shape, shape)
+    if taken is not None:
+        mass = mass - np.sum(shape * (taken @ shape), axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        better = pole - (pole * (pole * a + b) + c) / slope
-    pole = np.where(np.abs(better - pole) <= 1e-6 * np.abs(pole), better, pole)
-    return LinePoles(pole, shape, 2.0 * pole * a + b, np.zeros_like(machine), machine)
-
-
-#: part of |s|^2 x^H J x that springs hold of a motion that swings; 1 without loss factors. Rounding
-#: leaves EPSILON times the square of highest over lowest frequency where they hold nothing.
-_HELD = 0.1
-
-
-def _held_by_springs(
-    line: Line, mass: FloatArray, machine: IntArray, pole: ComplexArray, shape: ComplexArray
-) -> BoolArray:
-    """Which poles (r,) swing, and are no rigid motion, whose double zero rounding moves apart.
-
-    By |s|^2 x^H J x = x^H K x, of twists and not of sums of forces. Inertias `mass` (p, n, n).
-    """
-    twist = shape[:, line.first] - shape[:, line.second]
-    springs = line.stiffness * np.abs(1.0 + 1j * line.loss_factor)
-    work = np.zeros(len(pole))
-    for move, stiffness in ((twist, springs), (shape, line.ground_stiffness)):
-        of_machine = np.broadcast_to(
-            stiffness.reshape(-1, move.shape[1]), (len(mass), move.shape[1])
-        )
-        work += np.sum(np.abs(of_machine[machine]) * np.square(np.abs(move)), axis=1)
-    momentum = np.matmul(mass[machine], shape[..., None])[..., 0]
-    moved = np.abs(np.sum(shape.conj() * momentum, axis=1))
-    return np.asarray(work >= _HELD * np.square(np.abs(pole)) * moved)
+        better = pole - (pole * (pole * mass + drag) + held) / (2.0 * pole * mass + drag)
+    return np.where(np.abs(better - pole) <= 1e-6 * np.abs(pole), better, pole)

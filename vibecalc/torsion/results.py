@@ -6,7 +6,7 @@ the mean. A value is infinite at a speed where an order meets a natural frequenc
 damps.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
 from vibecalc.core.results.described import Group, entries_of, lead, named, q
@@ -23,6 +23,7 @@ from vibecalc.core.results.record import (
     under,
 )
 from vibecalc.torsion import study_results
+from vibecalc.torsion.coupling_results import COUPLING, COUPLING_ENTRIES, LARGEST
 
 ROOT = "response/torsion"
 _REPORT = "vibecalc.torsion.report.limits"
@@ -268,7 +269,7 @@ def _barred(place: str, of: str = "") -> tuple[Entry, ...]:
     def lead(end: str, told: str) -> Headline | None:
         """Of the line as it is; those of its variants stand in words."""
         return None if of else Headline(f"barred range {end}", "rpm", pick="each",
-                                        words=f"{_REPORT}:{told}")  # fmt: skip
+                                        words=f"vibecalc.torsion.report.barred:{told}")  # fmt: skip
 
     return under(
         place,
@@ -403,17 +404,23 @@ def _half_ranges(place: str, words: str) -> tuple[Entry, ...]:
     )
 
 
-def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = None) -> Any:
-    """Uses of limits in a condition, with the load that has the largest one."""
-    of = words or ", worst condition"
+def _limit_uses(
+    place: str, axes: str, words: str, lead: Callable[[str, str], Headline] | None = None
+) -> Any:
+    """Uses of limits in a condition, with the load that has the largest one.
+
+    `lead` makes headlines of their names and the speeds that they stand at.
+    """
+    top, here = "highest utilisation, worst condition", "utilisation at operating speed"
+    here = f"{here}{words or ', worst condition'}"
     use = f"stress or torque over allowed{words}"
     load = "section, counted from 1, then gears; 0: outside the limit"
     return under(
         f"{ROOT}/{place}/limit",
-        entry("operating_utilisation", axes, "", f"{use}, {_HERE}", share=True,
-              name=f"utilisation at operating speed{of}"),
-        entry("largest_utilisation", axes, "", f"{use}, largest at any speed", headline=headline,
-              share=True),
+        entry("operating_utilisation", axes, "", f"{use}, {_HERE}", share=True, name=here,
+              headline=lead(here, "") if lead else None),
+        entry("largest_utilisation", axes, "", f"{use}, largest at any speed", share=True,
+              headline=lead(top, f"{ROOT}/{place}/limit/speed") if lead else None),
         entry("speed", axes, "rad/s", "where that is"),
         entry("unbarred_utilisation", axes, "",
               "largest at speeds that may not be barred: the operating speed, and for a rule those "
@@ -426,6 +433,10 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
                   f"torque for continuous operation, {at}; infinite for limits of the stress"),
         )),
     )  # fmt: skip
+
+
+def _in_conditions(name: str, at: str) -> Headline:
+    return Headline(name, at=at, words=f"{_REPORT}:most_used_in_condition")
 
 
 VARIANTS = (
@@ -444,12 +455,7 @@ VARIANTS = (
     *_limit_uses("healthy", "limit", f", {_HEALTHY}"),
     *_barred(f"{ROOT}/healthy", _HEALTHY),
     *_exceeded(f"{ROOT}/healthy"),
-    *_limit_uses("conditions", "condition limit", "",
-                 Headline(
-                     "highest utilisation, worst condition",
-                     at=f"{ROOT}/conditions/limit/speed",
-                     words=f"{_REPORT}:most_used_in_condition",
-                 )),
+    *_limit_uses("conditions", "condition limit", "", _in_conditions),
     *_barred(f"{ROOT}/conditions", "worst condition"),
     entry(f"{ROOT}/conditions/exceeded/condition", "exceeded", "",
           "in this condition, counted from 1"),
@@ -552,74 +558,6 @@ CONDITION_ENTRIES = under(
         entry(f"largest/{axis}_speed", axis, "rad/s", "where that is"),
         entry(f"largest/{axis}_condition", axis, "", "and in which condition, counted from 1"),
     )),
-)  # fmt: skip
-
-# ----------------------------------------------------------------------------
-# What elastic couplings bear, next to what their makers permit.
-# ----------------------------------------------------------------------------
-
-COUPLING, HEALTHY = f"{ROOT}/coupling", f"{ROOT}/healthy/coupling"
-_LIMITED = "coupling coupling_limit"
-_USE = "load / permitted by the manufacturer; 0: no such limit"
-_BORNE = (
-    ("mean_torque", "N*m", "steady torque"),
-    ("peak_torque", "N*m", "largest magnitude over the cycle, mean torque included"),
-    ("vibratory_torque", "N*m", _HALF),
-    ("torque_by_orders", "N*m",
-     "root of the sum of squares of the orders, each times its frequency factor"),
-    ("main_frequency", "rad/s", "of the order of the largest torque"),
-    ("power_loss", "W", "mean, of all orders"),
-    ("temperature", "K", "of the element, where it is known"),
-)  # fmt: skip
-#: of what a coupling bears, that of which the largest at any speed is searched
-LARGEST = tuple(name for name, *_ in _BORNE if name not in ("mean_torque", "main_frequency"))
-
-
-def _borne(place: str, axes: str, words: str) -> Iterator[Entry]:
-    for name, unit, long_name in _BORNE:
-        exempt = PLACE if name == "main_frequency" else ""
-        if name in LARGEST or not place.startswith("largest"):
-            yield entry(f"{place}{name}", axes, unit, f"{long_name}, {words}", exempt=exempt)
-
-
-def _largest_use(axes: str, words: str, of: str = "", place: str = "") -> Iterator[Entry]:
-    at = f"{place}/largest_utilisation_speed"
-    headline = Headline(f"coupling utilisation{of}", at=at) if of else None
-    yield entry("largest_utilisation", axes, "", words, headline=headline, share=True)
-    yield entry("largest_utilisation_speed", axes, "rad/s", "where that is", exempt=PLACE)
-
-
-COUPLING_ENTRIES = (
-    *under(
-        COUPLING,
-        *_borne("", "coupling", _HERE),
-        entry("stiffness", "coupling order", "N*m/rad",
-              f"dynamic, at the frequency of the order, {_HERE}"),
-        entry("loss_factor", "coupling order", "",
-              f"relative damping over 2 pi, at the frequency of the order, {_HERE}"),
-        entry("mode_stiffness", "coupling mode", "N*m/rad",
-              f"dynamic, at the undamped natural frequency of the mode, {_HERE}"),
-        entry("utilisation", _LIMITED, "", f"{_USE}, {_HERE}",
-              share=True, headline=Headline("coupling utilisation at operating speed")),
-        *_borne("speeds/", "coupling speed", "over the speeds"),
-        *_borne("largest/", "coupling", "the largest at any speed"),
-        *(entry(f"largest/{one}_speed", "coupling", "rad/s", "where that is", exempt=PLACE)
-          for one in LARGEST),
-        entry("speeds/utilisation", f"{_LIMITED} speed", "", _USE),
-        *_largest_use(_LIMITED, f"{_USE}, the largest at any speed", ", speed range",
-                      COUPLING),
-    ),
-    *under(
-        HEALTHY,
-        entry("utilisation", _LIMITED, "", f"{_USE}, {_HERE}, all cylinders firing"),
-        *_largest_use(_LIMITED, f"{_USE}, the largest at any speed, all cylinders firing"),
-    ),
-    *under(
-        f"{CONDITIONS}/coupling",
-        entry("utilisation", f"condition {_LIMITED}", "", f"{_USE}, {_HERE}"),
-        *_largest_use(f"condition {_LIMITED}", f"{_USE}, the largest at any speed",
-                      ", worst condition", f"{CONDITIONS}/coupling"),
-    ),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------

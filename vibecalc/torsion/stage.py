@@ -234,7 +234,8 @@ def _curves(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Sta
         # samples and maxima; couplings are solved for by themselves
         times = (1 + (torsion.speeds is not None)) * (1 + bool(coupling_limits(case)))
         each = solved * freedom_count(case) * len(condition_names(case))
-        return ((2, "line"), (times * each, "line_solve"))
+        ranges = len(torsion.limits) * len(condition_names(case)) * (torsion.speeds is not None)
+        return ((2, "line"), (times * each, "line_solve"), (ranges, "limit"))
 
     for name, adapter, there, why in (
         ("curves", "order_curves", torsion.curves and torsion.speeds, "are"),
@@ -442,7 +443,7 @@ SUBJECT = Subject(
     ),
     sections=(
         "vibecalc.torsion.report.first_page:torsion",
-        "vibecalc.torsion.report.limits:torsion_limits",
+        "vibecalc.torsion.report.barred:torsion_limits",
         "vibecalc.torsion.report.couplings:torsion_couplings",
         "vibecalc.torsion.report.studies:damper_design",
         "vibecalc.torsion.report.studies:torsion_transient",

@@ -135,7 +135,7 @@ def _taken(row: Row, at: At, key: str, shape: Shape, values: list[float]) -> Ite
     """That a key which follows would take a value that it must not have."""
     wrong = [value for value in values if not shape.allows(value)]
     if wrong:
-        message = f"between the bounds {key} would take a value that it must not have"
+        message = f"between the bounds {key} would take a value outside its range"
         found = f"{wrong[0]:.6g} {shape.unit or ''}".rstrip()
         yield row.problem(at, message, found=found, allowed=bound_words(shape))
 
@@ -150,7 +150,7 @@ def read_choice(value: Any, shape: Shape) -> float | int | str:
         return str(value)
     number = shape.number(value)
     if not shape.allows(number):
-        raise UnitError("a value that the key must not have", found=found)
+        raise UnitError("a value outside the range of the key", found=found)
     if shape.kind == "whole" and number != int(number):
         raise UnitError("not a whole number", found=found)
     return int(number) if shape.kind == "whole" else number

@@ -1,5 +1,6 @@
 """What pictures share: a figure without a window, colours, marks, units."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -41,6 +42,8 @@ _FEW, _FEWEST = 1e3, 3
 _MANY = 1e12
 #: of the largest, marks of a path closer than which share their words
 _CLOSE = 0.06
+#: of a direction, the part along an axis from which on words stand on that side
+_ASIDE = 0.35
 #: the least that is written as a plain number
 _LEAST = 1e-4
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
@@ -123,7 +126,7 @@ def mark_angles(
 ) -> None:
     """Crank angles at places of a path (n,), across + i upwards; close ones share their words.
 
-    Words stand away from the middle. All angles are in degrees.
+    Words stand outside, away from zero. All angles are in degrees.
     """
     top, named = float(np.abs(path).max()), dict[complex, list[str]]()
     for mark in marks:
@@ -131,10 +134,12 @@ def mark_angles(
         near = next((one for one in named if abs(one - here) <= _CLOSE * top), here)
         named.setdefault(near, []).append(f"{mark}")
     for at, words in named.items():
-        left = at.real < -_CLOSE * top
+        out = at / abs(at) if abs(at) > _CLOSE * top else 1.0 + 0.0j
+        aside = "right" if out.real < -_ASIDE else "left" if out.real > _ASIDE else "center"
+        upright = "top" if out.imag < -_ASIDE else "bottom" if out.imag > _ASIDE else "center"
         axes.plot([at.real], [at.imag], "o", color=colour, ms=3)
-        note(axes, ", ".join(words), (at.real, at.imag), (-3 if left else 3, 2), color=colour,
-             ha="right" if left else "left", fontsize=7)  # fmt: skip
+        note(axes, ", ".join(words), (at.real, at.imag), (4.0 * out.real, 4.0 * out.imag),
+             color=colour, ha=aside, va=upright, fontsize=7, bbox=PLATE)  # fmt: skip
 
 
 def bars(axes: "Axes", at: Any, heights: Any, width: float, base: Any = 0.0, **look: Any) -> None:
@@ -152,7 +157,7 @@ def gaps(values: Any) -> np.ndarray:
 
 def unit_words(unit: str, largest: float = 0.0) -> tuple[float, str]:
     """Factor and words of a unit as people read it: N m, kN from 10 000 N on."""
-    words = unit.replace("*", " ").replace("^2", "$^2$").replace("um", "\u00b5m")
+    words = re.sub(r"\^(\d)", r"$^\1$", unit.replace("*", " ")).replace("um", "\u00b5m")
     return (1e-3, f"k{words}") if unit in ("N", "N*m") and largest >= 1e4 else (1.0, words)
 
 

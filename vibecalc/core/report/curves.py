@@ -15,7 +15,6 @@ from vibecalc.core.report.canvas import (
     COLOURS,
     LETTERS,
     LIMIT,
-    PLATE,
     QUIET,
     TOTAL,
     bars,
@@ -47,7 +46,7 @@ from vibecalc.core.report.sources import (
 )
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
-from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.core.results.verdicts import entries
 from vibecalc.units import convert, parse_quantity
 
@@ -63,12 +62,6 @@ _EQUAL = 1e-6
 _FEW_ORDERS = 6.0
 #: of a history, what begins before begins with it
 _EARLY = 0.02
-#: ratio of places below which two marks have no room for words of their own
-_CLOSE = 1.18
-#: and within which a word beside the line of a resonance stands
-_BESIDE = 1.06
-#: of the axis, beyond which words stand at the left of their dot
-_RIGHT = 0.7
 #: of the largest value, bars up to which are not seen and have no name
 _UNSEEN = 1e-3
 #: names of equal curves that are listed
@@ -81,12 +74,12 @@ _HANDLE = 7
 _LEVEL = 2
 #: height of a strip of spans at the foot
 _STRIP = 0.05
-#: room above curves for the words of resonances, as a factor, for one mode and for several
-_ROOM = (1.3, 2.1)
+#: bars end the axis where they are in its first part
+_HALF = 0.5
 #: the least that has a place on a logarithmic axis
 _LEAST = 1e-300
 #: the lowest speed of a logarithmic axis, of the highest one: below it little moves
-_SLOW = 0.01
+SLOW = 0.01
 
 
 # ----------------------------------------------------------------------------
@@ -168,9 +161,11 @@ class Curve:
         upper = sourced(self.upto, plot.result) if self.upto else None
         for names, row, place in self.rows(quantity, plot.result):
             joined = together(names, quantity)
-            each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {joined}" * any(names)
+            counted = quantity.axes[0].name.replace("_", " ")
+            each = f"{counted}{'s' * (len(names) > 1)} {joined}" * any(names)
             label = said(self.words, plot.result).replace("{}", joined).replace("{each}", each)
-            colour, dashes = plot.colour(joined or label, self.look.get("color"))
+            colour, dashes = plot.colour(self.known_by(names, quantity, plot.result),
+                                         self.look.get("color"))  # fmt: skip
             look = {"color": colour, **self.look, "label": label or None}
             aside, y = 0.0, plot.factor * row[rank]
             if "y" in plot.panel.log:  # what has no place on such an axis is a gap
@@ -198,6 +193,11 @@ class Curve:
         if self.part is None:
             for text, bound in bounds_of(plot.result, quantity.path, entry=False):
                 plot.limit(text, bound)
+
+    def known_by(self, names: Sequence[str], quantity: Quantity, result: Result) -> str:
+        """What a curve has its colour by in all panels: the names that it bears, or its words."""
+        words = said(self.words, result)
+        return words if words and "{" not in words else together(names, quantity) or words
 
     def rows(self, quantity: Quantity, result: Result) -> list[tuple[list[str], np.ndarray, Any]]:
         """What is drawn of the quantity; bars of equal height have a place each."""
@@ -248,6 +248,19 @@ def rows_of(
     taken = set(np.argsort(-np.array(tops), kind="stable")[:most].tolist())
     taken |= {i for i, (names, *_) in enumerate(found) if not set(kept).isdisjoint(names)}
     return [found[i] for i in sorted(taken)]
+
+
+def through(
+    speed: np.ndarray, curve: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A curve (n,) over speeds or frequencies with points (m, 2 or more: where, height) in it.
+
+    Gaps where it is infinite.
+    """
+    fresh = points[~np.isin(points[:, 0], speed)]
+    x, y = np.append(speed, fresh[:, 0]), np.append(curve, fresh[:, 1])
+    rising = np.argsort(x, kind="stable")
+    return x[rising], gaps(y[rising])
 
 
 def together(names: Sequence[str], quantity: Quantity) -> str:
@@ -321,86 +334,6 @@ def operating(plot: "Plot") -> None:
     operating_line(plot.axes, plot.result, speeds.min() / rpm(1.0), speeds.max() / rpm(1.0))
 
 
-def peak(
-    of: str = "", at: str = "", colour: str = TOTAL, below: bool = False, unless: str = ""
-) -> Mark:
-    """A dot at the largest of the last curve, or of the values at `of` and `at`, with its words.
-
-    It is red beyond a limit of the case on `of`. Where there is anything at `unless` it has none.
-    """
-
-    def draw(plot: "Plot") -> None:
-        top, place = (plot.result.record.quantities.get(path) for path in (of, at))
-        x, y = plot.drawn[-1]
-        if top is not None and place is not None:
-            x, _ = across(replace(plot.axis, values=np.ravel(place.values)))
-            y = plot.factor * np.ravel(top.values)
-        i = int(np.argmax(np.nan_to_num(y)))
-        here, height = float(x[i]), float(y[i])
-        if not np.isfinite(height) or height <= 0.0 or sourced(unless, plot.result):
-            return
-        over = any(height > plot.factor * bound for _, bound in bounds_of(plot.result, of))
-        plot.axes.plot([here], [height], "o", color=LIMIT if over else colour, zorder=5)
-        ends = plot.drawn[0][0][[0, -1]]
-        if "x" in plot.panel.log:
-            ends, spot = np.log(np.maximum(ends, _SLOW * ends[1])), np.log(here)
-        else:
-            spot = here
-        left = spot - ends[0] > _RIGHT * (ends[1] - ends[0])
-        unit = across(plot.axis)[1].rpartition(" in ")[2]
-        words = f"{show(height, digits=4)} {plot.unit} at {show(here, digits=4)} {unit}"
-        note(plot.axes, words, (here, height), (-8 if left else 8, -3 if below else 3), zorder=6,
-             ha="right" if left else "left", va="top" if below else "bottom", color=colour,
-             bbox=PLATE)  # fmt: skip
-
-    return draw
-
-
-def first_of(record: Record, *paths: str) -> np.ndarray:
-    """Values (n,) at the first of the paths that a result has; none without any."""
-    values = next((record[path].values for path in paths if path in record), np.zeros(0))
-    return np.atleast_1d(np.asarray(values, dtype=float))
-
-
-def resonances(*paths: str) -> Mark:
-    """Lines where order 1 or 2 meets a natural frequency, of the first of `paths` that is there.
-
-    Close ones of an order share their words, which stand above the curves or at the foot.
-    """
-
-    def draw(plot: "Plot") -> None:
-        modes, speed = rpm(1.0) * first_of(plot.result.record, *paths), plot.drawn[0][0]
-        named: list[tuple[float, str]] = []
-        for order in (1, 2):
-            groups: list[list[int]] = []
-            inside = (speed.min() < modes / order) & (modes / order < speed.max())
-            for i in np.flatnonzero(inside).tolist():
-                plot.axes.axvline(modes[i] / order, color=QUIET, ls=":", lw=1.0, zorder=0)
-                if groups and modes[i] < _CLOSE * modes[groups[-1][0]]:
-                    groups[-1].append(i)
-                else:
-                    groups.append([i])
-            for first, *_, last in ([*group, group[-1]] for group in groups):
-                which = f", mode{'s' * (last > first)} {first + 1}" * (len(modes) > 1)
-                which += f"{' to ' if last > first + 1 else ', '}{last + 1}" * (last > first)
-                named.append((float(modes[first] / order), f"order {order}{which}"))
-        free, top = 0.0, max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
-        for at, words in sorted(named):
-            near = [y[(x > at / _BESIDE) & (x < at * _BESIDE)] for x, y in plot.drawn]
-            crest = max(float(np.nanmax(y, initial=0.0)) for y in near)
-            # at the foot below curves that are high there
-            foot = min(float(np.nanmin(y, initial=top)) for y in near) > 0.5 * top
-            if not foot or "y" in plot.panel.log:
-                plot.axes.update_datalim([(at, _ROOM[len(modes) > 1] * crest)])
-            # next to the line, on its other side where the word before it stands
-            right, free = at < free, _CLOSE * at
-            note(plot.axes, words, (at, 0.03 if foot else 0.9), (2 if right else -2, 0), zorder=4,
-                 rotation=90, ha="left" if right else "right", va="bottom" if foot else "top",
-                 color=QUIET, bbox=PLATE, xycoords=plot.axes.get_xaxis_transform())  # fmt: skip
-
-    return draw
-
-
 # ----------------------------------------------------------------------------
 # Ends of axes, panels and pictures.
 # ----------------------------------------------------------------------------
@@ -413,16 +346,18 @@ def usual_ends(plot: "Plot", low: float | None = None, far: float = _FAR) -> End
     """All of the curves from `low` on, or decades about what is usual where a few are `far` above.
 
     Flanks of an undamped resonance go up without end: beside them, nothing would be left to see.
+    Without `low`, magnitudes begin with zero unless all of them are far from it.
     """
     log, x = plot.panel.log, plot.drawn[0][0]
     spaced = np.geomspace if "x" in log else np.linspace
-    even = spaced(max(x.min(), _SLOW * x.max()), x.max(), 400)
+    even = spaced(max(x.min(), SLOW * x.max()), x.max(), 400)
     size = np.concatenate([np.interp(even, *one) for one in plot.drawn])
     size = size[np.isfinite(size)]
     middle = float(np.median(np.abs(size))) if size.size else 0.0
     top = max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
     if np.any(size < 0.0) or middle == 0.0 or ("y" not in log and far * middle > top):
-        return low, None
+        least = float(np.min(size, initial=top))
+        return 0.0 if low is None and 0.0 <= least < _HALF * top else low, None
     plot.axes.set_yscale("log")
     return middle / far, max([min(3.0 * top, far**2 * middle), *plot.points])
 
@@ -491,14 +426,19 @@ class Plot:
     #: curves of this panel have had that name
     places: dict[tuple[str, int], int] = field(default_factory=dict)
     looks: list[tuple[str, str]] = field(default_factory=list)
+    #: points between the axes and their title, where there is more than usual
+    pad: float | None = None
     _names: set[str] = field(default_factory=set)
     _own: list[str] = field(default_factory=list)
-    _bars: list[np.ndarray] = field(default_factory=list)
+    #: places and heights
+    _bars: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
 
     def colour(self, name: str, given: str | None = None) -> tuple[str, str]:
         """Colour and dashes of the next curve, the same for one name in all panels."""
         key = (name, self._own.count(name))
         self._own.append(name)
+        if not name and given is None and any(one for one, _ in self.places):
+            given = TOTAL  # what has no name beside what has one
         if given in COLOURS:
             self.places.setdefault(key, COLOURS.index(given))
         elif given is None and key not in self.places:
@@ -536,11 +476,11 @@ class Plot:
             if one.bars
         ]
         several, before = sum(map(len, each)), len(self._bars)
-        self._bars.append(np.nan_to_num(y))
+        self._bars.append((x, np.nan_to_num(y)))
         step = self._step(x)
         if self.panel.stacked:  # what is negative below zero
-            same = [np.where(y * one > 0.0, one, 0.0) for one in self._bars[:-1]]
-            bars(self.axes, x, self._bars[-1], 0.75 * step, np.sum(same, axis=0), **look)
+            same = [np.where(y * one > 0.0, one, 0.0) for _, one in self._bars[:-1]]
+            bars(self.axes, x, self._bars[-1][1], 0.75 * step, np.sum(same, axis=0), **look)
             return 0.0
         dots = "y" in self.panel.log
         width = (_DOTS if dots else 0.8) * step / several
@@ -548,7 +488,7 @@ class Plot:
         if dots:
             self.axes.plot(x + aside, y, "o", **look)
         else:
-            bars(self.axes, x + aside, self._bars[-1], 0.92 * width, **look)
+            bars(self.axes, x + aside, self._bars[-1][1], 0.92 * width, **look)
         return aside
 
     def _step(self, x: np.ndarray) -> float:
@@ -574,8 +514,7 @@ class Plot:
             words += "in {}" if words.endswith("\n") else " in {}"
         axes.set_ylabel(words.replace("{}", self.unit))
         axes.set_title(said(panel.title, result), loc="left")
-        self._names = {together(names, quantity) or said(one.words, result)
-                       for one, quantity in curves
+        self._names = {one.known_by(names, quantity, result) for one, quantity in curves
                        for names, *_ in one.rows(quantity, result)}  # fmt: skip
         for part in panel.parts:
             part(self)
@@ -606,7 +545,7 @@ class Plot:
                 axes.xaxis.set_major_locator(MultipleLocator(0.5) if halves else whole)
         elif np.ptp(x) > 0.0 and not dotted(len(self.drawn[0][0])):
             low, high = float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x))
-            low = max(low, _SLOW * high) if "x" in panel.log and axis.name == "speed" else low
+            low = max(low, SLOW * high) if "x" in panel.log and axis.name == "speed" else low
             axes.set_xlim(0.0 if axis.unit == "s" and low < _EARLY * high else low, high)
         if axis.values.dtype.kind in "iu":
             axes.locator_params(axis="x", integer=True)
@@ -614,21 +553,30 @@ class Plot:
             getattr(axes, f"set_{name}scale")("log")
         axes.margins(y=0.08)
         axes.set_ylim(*(panel.ends(self) if callable(panel.ends) else panel.ends))
-        if self._bars and "y" in panel.log:
+        if self._bars:
             self._up_to_the_last()
         for upright in (axes.xaxis, axes.yaxis):
             if upright.get_scale() == "log":
                 plain_ticks(upright)
 
     def _up_to_the_last(self) -> None:
-        """Ends the axis with the last bar that is seen, and says which are not."""
-        x, low = self.drawn[0][0], self.axes.get_ylim()[0]
-        seen = np.flatnonzero(np.any(np.array(self._bars) > low, axis=0))
-        if seen.size and (last := seen[-1]) + 1 < x.size:
-            self.axes.set_xlim(right=float(x[last]) + 0.7 * float(x[last + 1] - x[last]))
-            name = self.axis.name.replace("_", " ")
-            words = f"{name}s {x[last + 1]:g} to {x[-1]:g}: below the axis"
-            self.axes.set_title(words, loc="left", fontsize=8, color=QUIET)
+        """Ends the axis of orders with the last bar that is seen, and says which are not.
+
+        On an axis that is not logarithmic only where most of it would be empty.
+        """
+        log = "y" in self.panel.log
+        places, sizes = (np.concatenate([one[i] for one in self._bars]) for i in range(2))
+        x, size = np.unique(places), np.abs(sizes)
+        low = self.axes.get_ylim()[0] if log else _UNSEEN * size.max()
+        if self.axis.name != "order" or not np.any(size > low):
+            return
+        last = int(np.searchsorted(x, places[size > low].max()))
+        if last + 1 >= x.size or (not log and last > _HALF * x.size):
+            return
+        self.axes.set_xlim(right=float(x[last]) + 0.7 * float(x[last + 1] - x[last]))
+        small = "below the axis" if log else f"below {100.0 * _UNSEEN:g} % of the largest"
+        words = f"orders {x[last + 1]:g} to {x[-1]:g}: {small}"
+        self.axes.set_title(words, loc="right", fontsize=8, color=QUIET)
 
 
 @dataclass(frozen=True)
@@ -675,9 +623,11 @@ class Curves:
             plot.draw(curves)
             axes.set_xlabel(said(panel.below, result) or across(plot.axis)[1])
             if columns > 1:
-                axes.set_title(axes.get_title(loc="left"), loc="left", fontsize=8)
+                title = axes.get_title(loc="left")
+                axes.set_title(title, loc="left", fontsize=8, pad=plot.pad)
                 axes.set_ylabel("" if self.level and i % columns else axes.get_ylabel())
-            named |= {} if panel.legend else plot.named()
+            new = {} if panel.legend else plot.named()
+            named |= {name: handle for name, handle in new.items() if name not in named}
         if named:
             fitting = max(LETTERS // (max(map(len, named)) + _HANDLE), 1)
             figure.legend(named.values(), named, loc="outside lower center",

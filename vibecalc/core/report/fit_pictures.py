@@ -82,7 +82,7 @@ def _curve(axes: "Axes", result: Result, path: str, parts: Parts) -> None:
                   label="fitted")  # fmt: skip
     axes.errorbar(
         places, values["measured"], values["uncertainty"], fmt="x", color=COLOURS[1], capsize=3,
-        label="measured, +- standard uncertainty",
+        label="measured, ± standard uncertainty",
     )  # fmt: skip
     axes.set_xlabel(f"{axis} in {axis_unit}" if axis_unit else axis)
     axes.set_ylabel("\n".join(fold(f"{name} in {unit}" if unit else name, 28)))

@@ -17,6 +17,7 @@ from matplotlib.axis import Axis, XAxis, YAxis
 from matplotlib.figure import Figure
 from matplotlib.path import Path
 from matplotlib.text import Text
+from matplotlib.ticker import FixedLocator
 from matplotlib.transforms import Bbox, IdentityTransform
 
 #: points: marks of numbers and between them, their distance from the numbers, width of marks
@@ -49,6 +50,11 @@ class Ruler(Axis):
             )
             self._measured = now, ([], boxes) if self._far() else (boxes, [])
         return self._measured[1]
+
+    def pin(self) -> None:
+        """Keep the ticks of now: a locator would choose others, with wider numbers, at a size that
+        differs little from the one that was measured."""
+        self.set_major_locator(FixedLocator(list(self.get_majorticklocs())))
 
     def draw(self, renderer: Any) -> None:
         """Grid, marks and numbers, and what matplotlib draws without them: the label."""
@@ -163,9 +169,14 @@ class Frame(Axes):
         """What axes and words cover, in pixels.
 
         A layout asks twice. What stands beside and above depends on the height, which it does not
-        know at first: then that is as much as usual.
+        know at first: then that is as much as usual. What is measured the second time is drawn.
         """
-        if self._placed or not how.get("for_layout_only") or not self.get_visible():
+        if not how.get("for_layout_only") or not self.get_visible():
+            return super().get_tightbbox(renderer, **how)
+        if self._placed:
+            for axis in (self.xaxis, self.yaxis):
+                if isinstance(axis, Ruler):
+                    axis.pin()
             return super().get_tightbbox(renderer, **how)
         self._placed = True
         point, (x0, y0, x1, y1) = self.figure.dpi / 72.0, self.bbox.extents

@@ -18,6 +18,7 @@ from vibecalc.core.report.accuracy import TopicView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, panels_of
 from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, operating, usual_ends
 from vibecalc.core.report.defects import failed_parts, survived
+from vibecalc.core.report.sections import labels
 from vibecalc.core.report.sweep.view import SweepView, view_of
 from vibecalc.core.report.writing import fold
 from vibecalc.core.results.catalogue import CATALOGUE
@@ -75,7 +76,9 @@ STYLE: dict[str, Any] = {
     "grid.linewidth": 0.6,
     "lines.linewidth": 1.3,
     "lines.markersize": 5.0,
-    "legend.frameon": False,
+    "legend.fancybox": False,  # a plate, so that words are readable over lines
+    "legend.edgecolor": "none",
+    "legend.framealpha": 0.85,
     "axes.titley": 1.0,  # where titles stand anyway: else it is looked for, with all ticks, again
     "svg.hashsalt": "vibecalc",
     "pdf.fonttype": 42,
@@ -150,7 +153,7 @@ def draw_file(
     """Draw a file or a result, be it of a run, a sweep or methods, all that it has numbers for.
 
     Files are `<stem>_<picture>.png` in `folder`, which is made if it is missing; `stem` is that of
-    the file, or the name of the case, and not repeated where the picture is named after it. Equal
+    the file, or the name of the case; words of it are not repeated, but for the last one. Equal
     results give equal bytes with one version of matplotlib. `written` are pictures of the same
     call, which are not overwritten.
 
@@ -246,14 +249,19 @@ def _refuse_unknown(sources: Sequence[Source], look: Look) -> None:
 def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
     """`roll_levels` for `roll_levels` of `roll`, `gear_test_time` for `test_time` of `gear_test`.
 
-    A name keeps the words that the stem has if another would lose its difference to it.
+    A name keeps its last word, and all of them if another would lose its difference to it.
     """
     if name in OF_METHODS:
         return stem
     said = stem.split("_")
-    short = ["_".join(dropwhile(said.__contains__, one.split("_"))) for one in (name, *names)]
-    alone = short.count(short[0]) == 1 + (name in names)
-    return f"{stem}_{short[0] if alone else name}".rstrip("_")
+
+    def short(one: str) -> str:
+        *first, last = one.split("_")
+        return "_".join([*dropwhile(said.__contains__, first), last])
+
+    every = [short(one) for one in (name, *names)]
+    alone = every.count(every[0]) == 1 + (name in names)
+    return f"{stem}_{every[0] if alone else name}"
 
 
 def _save(figure: "Figure", path: Path, form: str, dpi: int) -> Path:
@@ -316,10 +324,17 @@ def named_curves() -> dict[str, Curves]:
 
 def _panel_of(one: Entry) -> Panel:
     label = one.name or one.path.rpartition("/")[2].replace("_", " ")
-    parts: tuple[Mark, ...] = (Curve(one.path, "{}"),)
+    parts: tuple[Mark, ...] = (Curve(one.path, partial(_each, one.path)),)
     parts += (operating,) if one.axes[-1] == "speed" else ()
     beside = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
     return Panel(label, parts, one.long_name, ends=usual_ends, legend=beside)
+
+
+def _each(path: str, result: Result) -> str:
+    """Where to write the names of the entries: numbers stand with what they count."""
+    quantity = result.record[path]
+    numbers = len(quantity.axes) > 1 and all(map(str.isdigit, labels(quantity.axes[0])))
+    return "{each}" if numbers else "{}"
 
 
 def every_picture() -> dict[str, str | Curves]:

@@ -77,7 +77,7 @@ def over_turn(path: str, pick: Callable[[np.ndarray], Any] = np.isfinite) -> Sou
     return made
 
 
-def entry_of(path: str, pick: int | Callable[[Result], Any] | None) -> Source:
+def entry_of(path: Source, pick: int | Callable[[Result], Any] | None) -> Source:
     """A quantity with one entry of its first axis, or some, at the places that `pick` gives."""
 
     def made(result: Result) -> Quantity | None:

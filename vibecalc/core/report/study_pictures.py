@@ -80,9 +80,9 @@ def draw_combinations(result: Result) -> "Figure | None":
     axes, colours = figure.subplots(), [COLOURS[0], *[QUIET] * (heights.size - 1)]
     lying(axes, np.flatnonzero(kept), heights.tolist(), 0.62, show, color=colours)
     for place in np.flatnonzero(~kept):
-        note(axes, "does not keep the limits", (0.0, place), (4, 0), va="center", color=LIMIT)
+        note(axes, "limits not met", (0.0, place), (4, 0), va="center", color=LIMIT)
     axes.set_xlim(right=1.15 * max(0.0, float(np.max(heights))) or None)
-    label = f"{_with_unit(goal)}: at its best with each"
+    label = f"{_with_unit(goal)}; optimum of each combination"
     name_rows(axes, texts, label, legend=False)
     return figure
 
@@ -102,13 +102,13 @@ def draw_robust(result: Result) -> "Figure | None":
                   label=f"mean and {most:g} deviations")  # fmt: skip
     axes.plot(nominal, place, "D", color=QUIET, mfc="white", label="without tolerances")
     for at, end in enumerate(value.tolist()):
-        note(axes, show(end), (end, at), (6, 4))
+        note(axes, show(end), (end, at), (0, 6), ha="center")
     name_rows(axes, points, _with_unit(goal))
     return figure
 
 
 def _with_unit(goal: Goal) -> str:
-    return f"{goal.name}{f' in {goal.unit}' if goal.unit else ''}"
+    return f"{goal.name}{',' * (',' in goal.name)} in {goal.unit}" if goal.unit else goal.name
 
 
 # ----------------------------------------------------------------------------

@@ -168,7 +168,7 @@ _BREAK = re.compile(r"(?<=[_/.,])(?!(?<=\d[.,])\d)")
 #: what stays together on a line: a word, or a number with its unit
 _WORDS = re.compile(
     r"\s*[-+]?\d[\d.e+-]* "
-    r"(?:rpm|[kM]?Hz|k?N(?: m)?|[km]?m|deg|[kM]?W|[km]?J|[kM]?Pa|m?s|K|dB|%)(?=[\s,;)]|$)"
+    r"(?:rpm|[kM]?Hz|k?N(?: m)?|[km]?m|deg|[kM]?W|[km]?J|[kM]?Pa|m?s|K|dB|%)[.,;:)]*(?=\s|$)"
     r"|\s*\S+|\s+$"
 )
 

@@ -83,7 +83,7 @@ def _lines(
         axes.plot(at, shown, color=colour, alpha=0.35, linewidth=1.2)
         axes.plot(at, np.where(weak, np.nan, shown), color=colour, linewidth=2.0)
         good = held & ~weak
-        axes.plot(at[good], values[good], "o", color=colour, label=f"K = {show(gain, 0, 3)}")
+        axes.plot(at[good], values[good], "o", color=colour, label=f"K = {gain:g}")
         poor = held & weak
         axes.plot(at[poor], values[poor], "o", color=colour, markerfacecolor="white")
         lost = at[~held]
@@ -159,7 +159,7 @@ def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | Non
                       hatch="////" if state[i, j] >= 2 else "..", linewidth=0.0)
         )  # fmt: skip
     gains, feedbacks = (np.asarray(axis.values) for axis in status.axes)
-    axes.set_yticks(range(len(gains)), [show(gain, 0, 3) for gain in gains])
+    axes.set_yticks(range(len(gains)), [f"{gain:g}" for gain in gains])
     axes.set_xticks(range(len(rank)), [f"{value:g}" for value in feedbacks[rank]])
     axes.set_xlabel("feedback of the shell's acceleration in s")
     axes.set_ylabel("gain K")
@@ -247,7 +247,7 @@ def _plane(axes: "Axes", gain: np.ndarray, pole: np.ndarray, at: np.ndarray) -> 
         lines.set_array(gain[:-1])
         axes.add_collection(lines)
         axes.plot(*points[0], "o", color=TOTAL, ms=6, markerfacecolor="white",
-                  label=f"K = {show(gain[0], 0, 3)}" if column == 0 else None)  # fmt: skip
+                  label=f"K = {gain[0]:g}" if column == 0 else None)  # fmt: skip
     if at.size:
         axes.plot(at.real, at.imag, "x", color=COLOURS[1], ms=9, markeredgewidth=2.2, zorder=5,
                   label="gain of the case")  # fmt: skip

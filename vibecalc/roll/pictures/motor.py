@@ -150,6 +150,7 @@ def _levels(axes: "Axes", record: Record) -> None:
         axes.plot(hit[1][kept], values[kept], mark, color=colour, mfc=face, ms=size, label=words)
     axes.set_ylabel("level in dB re 1 rad/s$^2$")
     _orders(axes, record)
+    headroom(axes, 0.4)
     axes.legend(loc="upper right")
     axes.set_title("angular acceleration of the shell", loc="left")
 
@@ -196,3 +197,9 @@ def zeros_of(axes: "Axes", *, whole: bool) -> None:
     axes.axvline(0.0, color=QUIET, linewidth=0.7)
     axes.set_ylabel("motor torque in N m")
     axes.set_title("full curve" if whole else "operating range", loc="left")
+
+
+def headroom(axes: "Axes", share: float) -> None:
+    """Room for the legend above the curves, a share of their range."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + share * (high - low))

@@ -12,7 +12,7 @@ from vibecalc.core.report.sections import along, having, scalar_of, table_of
 from vibecalc.core.report.sources import Ends, Look
 from vibecalc.core.report.writing import ZERO, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.pictures.motor import MotorCurve, ends, motor_curve, rpm_of, zeros_of
+from vibecalc.roll.pictures.motor import MotorCurve, ends, headroom, motor_curve, rpm_of, zeros_of
 from vibecalc.roll.report.advice import PERCENT, ROLL, Changes, changes, shell_acts
 
 if TYPE_CHECKING:
@@ -89,7 +89,8 @@ def _torques(axes: "Axes", record: Record) -> None:
             axes.plot(np.degrees(hit[1]), values, color=colour, label=words)
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
     axes.set_ylabel("torque in N m")
-    axes.legend(loc="best")
+    headroom(axes, 0.75)
+    axes.legend(loc="upper left")
 
 
 def _speed(
@@ -106,8 +107,7 @@ def _speed(
         words = f"synchronous {show(rpm(float(synchronous)), digits=5)} rpm"
         axes.axhline(rpm(synchronous), color=LIMIT, linewidth=1.0, linestyle=":", label=words)
     axes.set_ylabel("speed in rpm")
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 1.2 * (high - low))
+    headroom(axes, 1.2)
     axes.legend(loc="upper left")
 
 

@@ -14,9 +14,8 @@ from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.motion import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.damped_modes import NO_PEAK
-from vibecalc.torsion.line import Line, stiffness_matrix
-from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.poles import all_poles, guesses, mode_number, refined_pole
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.poles import all_poles, all_poles_by_order, mode_number, refined_pole
 from vibecalc.torsion.results import NAMES, ROOT
 from vibecalc.torsion.stress_limits import separation
 
@@ -104,16 +103,13 @@ def _met(setup: Setup) -> Bounded:
     none = np.where(natural.frequency > 0.0, np.inf, 0.0)
     speed = np.repeat(none[:, None], len(order), axis=1)
     error = np.zeros_like(speed)
-    line = _as_its_modes(setup, 0.0, 0.0)
-    field = line._replace(stiffness=model.speed_stiffness, ground_stiffness=0.0 * line.inertia)
-    added, undamped = stiffness_matrix(field), natural_modes(line)
+    begin = all_poles_by_order(_as_its_modes(setup, 0.0, 0.0), model.speed_stiffness, order)
     due = {}
-    for place, one in enumerate(order.tolist()):
-        for number, guess in enumerate(guesses(line, undamped, added / one**2)[0].tolist()):
-            # what the field of a pendulum turns unstable is no motion of the line
-            if guess.imag >= 0.5 * abs(guess) and guess.real <= 0.1 * abs(guess):
-                high = 1e3 * abs(guess) / one
-                due[number, place] = _Crossing(setup, one, guess, 0.0, high)
+    for number, place in enumerate(begin.order.tolist()):
+        guess, one = complex(begin.pole[number]), float(order[place])
+        # what the field of a pendulum turns unstable is no motion of the line
+        if guess.imag >= 0.5 * abs(guess) and guess.real <= 0.1 * abs(guess):
+            due[number, place] = _Crossing(setup, one, guess, 0.0, 1e3 * abs(guess) / one)
     for (_, place), found in _crossed(setup, due).items():
         there = _as_its_modes(setup, found.at, 0.0)
         mode = mode_number(there, found.pole, len(natural.frequency))
@@ -251,10 +247,7 @@ STILL = 1e-11
 
 
 class UndampedResonances(NamedTuple):
-    """By rising speed (u,) in rad/s; `mode` from 1; `low` and `high` enclose what has no digits.
-
-    `endless` (e,) is the lowest of the speeds at which a section twists without end, NaN for none.
-    """
+    """By rising speed (u,) in rad/s; `mode` from 1; `low` and `high` enclose what has no digits."""
 
     speed: FloatArray
     low: FloatArray
@@ -262,7 +255,6 @@ class UndampedResonances(NamedTuple):
     mode: IntArray
     order: FloatArray
     error: FloatArray
-    endless: FloatArray
 
 
 #: damping ratio above which a mode is far from none
@@ -287,13 +279,12 @@ def none_undamped(setup: Setup) -> UndampedResonances | None:
     if np.any(unclear):
         return None
     none, places = np.zeros(0), np.zeros(0, dtype=np.int64)
-    endless = np.full(len(model.line.first), np.nan)
-    return UndampedResonances(none, none, none, places, none, none, endless)
+    return UndampedResonances(none, none, none, places, none, none)
 
 
 def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonances:
     """Those from `first` to `last` whose order drives the mode, in rad/s."""
-    modes, drive, line = setup.natural(), setup.drive, setup.model.line
+    modes, drive = setup.natural(), setup.drive
     natural = np.where(modes.frequency > 0.0, modes.frequency, 1.0)
     # as near as this, and with as little damping, fewer than four digits are left
     exposed = (modes.frequency_error / natural + 4.0 * EPSILON) / SINGULAR
@@ -313,10 +304,6 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonanc
     keep = keep[np.argsort(at[keep], kind="stable")]
     at, mode, place = at[keep], mode[keep], place[keep]
     width = exposed[mode] * at
-    endless = np.full(len(line.first), np.nan)
-    for one, which in zip(at[::-1].tolist(), mode[::-1].tolist(), strict=True):
-        twist = np.abs(modes.shape[which, line.first] - modes.shape[which, line.second])
-        endless[twist > STILL * twist.max(initial=0.0)] = one
     return UndampedResonances(
         speed=at,
         low=at - width,
@@ -324,7 +311,6 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonanc
         mode=mode + 1,
         order=drive.order[place],
         error=uncertainty[mode, place] + 4.0 * EPSILON * at,
-        endless=endless,
     )
 
 

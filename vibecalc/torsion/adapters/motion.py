@@ -29,8 +29,14 @@ from vibecalc.numerics.rounding import (
 from vibecalc.numerics.synthesis import OverCycle, over_cycle, sum_error, synthesis
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
 from vibecalc.torsion.couplings import Moved
-from vibecalc.torsion.line import complex_stiffness, damped_elements, hand_over, loss_stiffness
-from vibecalc.torsion.model import Gearing, ShaftLineModel
+from vibecalc.torsion.line import (
+    complex_stiffness,
+    damped_elements,
+    hand_over,
+    loss_stiffness,
+    walk,
+)
+from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.section_loads import STIFFNESS_ROUNDINGS, steady_shares
 
 # ----------------------------------------------------------------------------
@@ -54,8 +60,11 @@ def gear_shares(shaft: ShaftLineModel) -> tuple[FloatArray, FloatArray]:
         if gear.element >= 0:
             of_sections[gear.element, place] = 1.0
             continue
-        others = [other for other in rigid if other is not gear]
-        first, second = (_reached(others, wheel) for wheel in (gear.first, gear.second))
+        joined: dict[int, dict[int, float]] = {station: {} for station in range(count)}
+        for other in rigid:
+            if other is not gear:
+                joined[other.first][other.second] = joined[other.second][other.first] = 1.0
+        first, second = (walk(joined, wheel) for wheel in (gear.first, gear.second))
         if gear.first in second:
             raise NumericalFailure(
                 f"gear {gear.name!r}: rigid gears in a closed loop share their torque in a way "
@@ -69,17 +78,6 @@ def gear_shares(shaft: ShaftLineModel) -> tuple[FloatArray, FloatArray]:
         of_sections[:, place] = sign * (side[ends[:, 0]] - entering)
         of_stations[:, place] = -sign * side
     return of_sections, of_stations
-
-
-def _reached(gears: list[Gearing], start: int) -> set[int]:
-    """Stations that rigid gears hold together with one."""
-    inside, grown = {start}, True
-    while grown:
-        touching = [g for g in gears if {g.first, g.second} & inside]
-        more = {end for gear in touching for end in (gear.first, gear.second)}
-        grown = not more <= inside
-        inside |= more
-    return inside
 
 
 def gear_torques(shaft: ShaftLineModel, drive: Drive, model: Model, state: "OrderSolution") -> Any:
@@ -547,12 +545,6 @@ class Reading(NamedTuple):
 TORQUE, TWIST, STRESS = "torque_half_range", "twist_half_range", "stress_half_range"
 ANGLE = "angle_half_range"
 HALF = (TWIST, TORQUE, STRESS)
-
-
-def curve_of(setup: Setup, reading: Reading, speed: FloatArray) -> FloatArray:
-    """Values (s, r) of a reading at speeds (s,), block by block."""
-    parts = [reading.of(Motion(setup, speed[part])).value for part in blocks(setup, len(speed))]
-    return np.concatenate(parts)
 
 
 def readings_of(setup: Setup) -> dict[str, Reading]:

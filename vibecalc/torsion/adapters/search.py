@@ -81,9 +81,8 @@ def _poles(setup: Setup, first: float, last: float) -> LinePoles:
     if model.modal is not None or line.inertia.shape[-1] > FREEDOMS:
         modes = setup.natural()
         some = np.flatnonzero((modes.frequency > 0.0) & ~modes.silent)
-        poles = (modes.pole[some], modes.shape[some], modes.scale[some])
         none = np.zeros_like(some)
-        return poles_at_orders(LinePoles(*poles, none, none), len(order))
+        return poles_at_orders(LinePoles(modes.pole[some], none, none), len(order))
     if model.couplings is not None:
         return _poles_of_couplings(setup, first, last)
     found = _poles_of(line, model, order)
@@ -134,8 +133,8 @@ def _poles_of_couplings(setup: Setup, first: float, last: float) -> LinePoles:
                     break
             poles.append(pole)
             places.append(place)
-    none, found = np.zeros(len(poles), dtype=np.int64), np.array(poles, dtype=np.complex128)
-    return LinePoles(found, found[:, None], found, np.array(places, dtype=np.int64), none)
+    met = np.array(places, dtype=np.int64)
+    return LinePoles(np.array(poles, dtype=np.complex128), met, np.zeros_like(met))
 
 
 # ----------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
+from vibecalc.torsion.adapters.motion import TORQUE, Motion, readings_of
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.section_loads import twist_and_torque
@@ -28,7 +29,6 @@ from vibecalc.torsion.variable_inertia.stability import (
 )
 from vibecalc.torsion.variable_inertia.steady import (
     SteadyTwist,
-    constant_response,
     feed,
     steady_response,
 )
@@ -57,13 +57,13 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
         raise ValueError("the case has no [response.torsion.variable_inertia]")
     system, torque = system_of(setup, setup.speed), gas_torque(setup, setup.speed)
     _emit_variation(scene, setup, system)
-    highest, plain, full = _operating(setup, system, torque, options.orders, scene)
+    highest, full = _operating(setup, system, torque, options.orders, scene)
     scene.emit(f"{VARIABLE}highest_order", highest, 0.0)
-    ratio = np.abs(setup.shaft.section_ratio)
     axes = {"section": setup.shaft.section_names}
-    constant, varying = (half_ranges(system, setup.speed, one) for one in (plain, full))
-    scene.emit(f"{VARIABLE}constant_half_range", constant / ratio, axes=axes)
-    scene.emit(f"{VARIABLE}torque_half_range", varying / ratio, axes=axes)
+    constant = with_mean_inertias(setup, np.array([setup.speed]))[0]
+    varying = half_ranges(system, setup.speed, full) / np.abs(setup.shaft.section_ratio)
+    scene.emit(f"{VARIABLE}constant_half_range", constant, axes=axes)
+    scene.emit(f"{VARIABLE}torque_half_range", varying, axes=axes)
     change = relative_change(constant, varying)
     scene.emit(f"{VARIABLE}change", change, axes=axes)
     carried = (torques(system, setup.speed, full) / setup.shaft.section_ratio).T
@@ -141,6 +141,11 @@ def half_ranges(system: VariableLine, speed: float, steady: SteadyTwist) -> Boun
     return Bounded(whole.half_range, error)
 
 
+def with_mean_inertias(setup: Setup, speed: FloatArray) -> Bounded:
+    """Half ranges (s, e) of the torque at speeds (s,) as usually computed; infinite undamped."""
+    return readings_of(setup)[TORQUE].of(Motion(setup, speed))
+
+
 def relative_change(constant: Bounded, varying: Bounded) -> Bounded:
     """Varying over constant less one, 0 where nothing but rounding is carried."""
     there = constant.value > 4.0 * constant.errors
@@ -149,8 +154,8 @@ def relative_change(constant: Bounded, varying: Bounded) -> Bounded:
 
 def _operating(
     setup: Setup, system: VariableLine, torque: ComplexArray, asked: int | None, scene: Scene
-) -> tuple[float, SteadyTwist, SteadyTwist]:
-    """Highest order, and the motions with mean inertias and with those as they turn."""
+) -> tuple[float, SteadyTwist]:
+    """Highest order, and the motion with the inertias as they turn."""
     first = float(np.ceil(max(setup.drive.order[-1], system.variation.shape[1]))) + 1.0
     tries = [float(asked)] if asked is not None else [np.ceil(f * first) for f in _TRIES]
     for highest in tries:
@@ -163,8 +168,7 @@ def _operating(
         largest = float(np.max(np.abs(full.angle)))
         if float(np.max(full.error)) <= scene.case.accuracy.rtol * largest:
             break
-    plain = constant_response(system, setup.speed, torque, highest)
-    return float(highest), plain, full
+    return float(highest), full
 
 
 def _emit_variation(scene: Scene, setup: Setup, system: VariableLine) -> None:
@@ -253,19 +257,21 @@ def _emit_half_ranges(scene: Scene, setup: Setup, highest: float, speeds: FloatA
     count, ratio = len(setup.shaft.section_names), np.abs(setup.shaft.section_ratio)
     endless = Bounded(np.full(count, np.inf), np.zeros(count))
     halves, changes, left = [], [], 0
-    for speed in speeds:
-        system, torque = system_of(setup, float(speed)), gas_torque(setup, float(speed))
+    constant = with_mean_inertias(setup, speeds)
+    for place, speed in enumerate(speeds.tolist()):
+        system, torque = system_of(setup, speed), gas_torque(setup, speed)
         try:
-            plain = constant_response(system, speed, torque, highest)
             full = steady_response(system, speed, torque, highest)
         except NumericalFailure:
+            full = None
+        if full is None or not np.all(np.isfinite(constant.value[place])):
             left += 1
             halves.append(endless)
             changes.append(endless)
             continue
-        constant, varying = (half_ranges(system, float(speed), one) for one in (plain, full))
-        halves.append(varying / ratio)
-        changes.append(relative_change(constant, varying))
+        varying = half_ranges(system, speed, full) / ratio
+        halves.append(varying)
+        changes.append(relative_change(constant[place], varying))
     if left:
         scene.warn(
             f"variable inertia: no steady motion at {left} of {len(speeds)} speeds (undamped "

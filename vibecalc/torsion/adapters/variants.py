@@ -25,7 +25,7 @@ from vibecalc.torsion.adapters.motion import (
 )
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_model, natural_of
-from vibecalc.torsion.line import mapped
+from vibecalc.torsion.line import mapped, without_freedom
 from vibecalc.torsion.results import ROOT
 
 # ----------------------------------------------------------------------------
@@ -77,19 +77,12 @@ IN_BARE = below(f"{ROOT}/without_dampers/")
 
 def bare_setup(setup: Setup) -> Setup:
     """The line without rings and what holds them; hubs belong to their stations and stay."""
-    shaft, line = setup.shaft, setup.shaft.line
+    shaft = setup.shaft
     stays = np.flatnonzero([kind != "damper" for kind in shaft.section_kinds])
-    count = line.inertia.shape[-1] - len(shaft.dampers)
     # many machines differ in their rings alone
-    line = mapped(line, lambda one: one[0] if one.ndim > 1 else one)
-    bare = line._replace(
-        **{name: getattr(line, name)[:count] for name in (
-            "inertia", "absolute_damping", "ground_stiffness",
-        )},
-        **{name: getattr(line, name)[stays] for name in (
-            "first", "second", "stiffness", "damping", "loss_factor",
-        )},
-    )  # fmt: skip
+    bare = mapped(shaft.line, lambda one: one[0] if one.ndim > 1 else one)
+    for damper in reversed(shaft.dampers):
+        bare = without_freedom(bare, damper.ring, damper.element)[0]
     less = replace(
         shaft,
         line=bare,
@@ -103,7 +96,7 @@ def bare_setup(setup: Setup) -> Setup:
     )
     torsion, speed = setup.torsion, setup.speed
     model, undamped = build_model(
-        torsion, bare, less.speed_stiffness, speed, count, shaft.over_speed
+        torsion, bare, less.speed_stiffness, speed, len(bare.inertia), shaft.over_speed
     )
     natural = natural_of(torsion, model, undamped, speed)
     line_of = setup._replace(shaft=less, model=model, undamped=undamped, natural=natural)

@@ -150,7 +150,7 @@ def _one_cylinder(result: Result, times: float) -> Panel:
     total, harmonics = grown("total_torque"), _grown("total", times, "inertia")
     at = at_speed(result)
     if times != 1.0:
-        which = "twice that" if times == _TWICE else "the end of the range"
+        which = "twice the operating speed" if times == _TWICE else "the end of the speed range"
         at = f" at {turns(times * (speed_of(result) or 0.0))} rpm, {which}"
     return Panel(
         "torque of one\ncylinder",
@@ -245,7 +245,10 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
     # the mirror image of a star gives the same sums where the shapes are real
     mirrored, order = not np.iscomplexobj(shape.values), np.asarray(total.axes[0].values)
     phases = np.exp(-1j * np.multiply.outer(order, angle - angle[0]))
-    stars = alike(phases, mirrored)[:_STARS]
+    every, major = alike(phases, mirrored), vector(record, "excitation/major", "order")
+    # those of the major orders, then of the lowest
+    every.sort(key=lambda group: major is None or not np.any(np.asarray(major)[group] > 0))
+    stars = sorted(every[:_STARS])
     fires = np.array([name not in silent(result) for name in named])
     words = f"phase vectors of the cylinders by order{' (mirror images taken as equal)' * mirrored}"
     words += ";\nby mode: vector sum weighted by the mode shape, relative to all in phase"
@@ -288,9 +291,9 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
 
 
 def _order_words(orders: np.ndarray) -> str:
-    """`order 0.5, 3.5, 6.5 ...` in lines as wide as a column."""
+    """`orders 0.5, 3.5, 6.5 ...` in lines as wide as a column."""
     listed = ", ".join(map(order_text, orders[:4])) + " ..." * (len(orders) > 4)
-    return "\n".join(fold(f"order {listed}", 16))
+    return "\n".join(fold(f"order{'s' * (len(orders) > 1)} {listed}", 16))
 
 
 def alike(rows: np.ndarray, mirrored: bool = False) -> list[list[int]]:

@@ -207,7 +207,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
         # the names of modes that lie close stand side by side
         aside = aside + 1 if value - below < 1.4 * _APART * top else 0
         below = value
-        note(axes, f"{known[mode]}: {value:.4g} Hz", (0.0, value), (4 + 92 * aside, 5),
+        note(axes, f"{known[mode]}: {show(float(value))} Hz", (0.0, value), (4 + 92 * aside, 5),
              color=colour, zorder=4, bbox=PLATE)  # fmt: skip
     _crossings(axes, critical, modes, colours, chosen & ~major, chosen & major)
     if table_of(result.case, "response", "torsion", "speeds"):

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, gaps, keep_apart
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, gaps
 from vibecalc.core.report.curves import (
     Curve,
     Curves,
@@ -16,11 +16,14 @@ from vibecalc.core.report.curves import (
     draw_points,
     operating,
     spans,
+    through,
 )
+from vibecalc.core.report.marks import name_above
 from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.sources import Ends, Look, Source, sourced
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.pictures.excitation import also, misfire_words, torque_words
 from vibecalc.torsion.report.limits import limits_of, of_torque, rule_of
 from vibecalc.torsion.report.line import (
@@ -34,14 +37,11 @@ from vibecalc.torsion.report.line import (
     vector,
     worst_section,
 )
-from vibecalc.torsion.results import COUPLING
 
 # ----------------------------------------------------------------------------
 # Maxima of the curves of a shaft line: points that the curves go through, and their names.
 # ----------------------------------------------------------------------------
 
-#: of the width of the axes, the least distance of two names
-_APART = 0.03
 #: of the range, how near to its ends a maximum is at one
 _AT_END = 1e-6
 #: of the highest maximum, and of its own height above the curve next to it, what has a name
@@ -84,16 +84,6 @@ def points_of(record: Record, section: str) -> np.ndarray:
     return np.asarray(peaks[np.argsort(peaks[:, 0], kind="stable")])
 
 
-def through(
-    speed: np.ndarray, curve: np.ndarray, points: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """A curve over speeds (rad/s) with the points in it; gaps where it is infinite."""
-    fresh = points[~np.isin(points[:, 0], speed)]
-    x, y = np.append(speed, fresh[:, 0]), np.append(curve, fresh[:, 1])
-    rising = np.argsort(x, kind="stable")
-    return x[rising], gaps(y[rising])
-
-
 def main_of(points: np.ndarray, speed: np.ndarray, curve: np.ndarray) -> np.ndarray:
     """Maxima that stand out of a curve over speeds in rad/s; of one mode and order the highest."""
     at, tops = points[:, 0], np.where(np.isfinite(points[:, 1]), points[:, 1], 0.0)
@@ -119,30 +109,18 @@ def name_maxima(plot: Plot, points: np.ndarray, curve: int) -> None:
         at, height = rpm(1.0) * points[:, 0], plot.factor * points[:, 1]
         plot.axes.plot(at, height, "o", color=COLOURS[0], zorder=6,
                        label="maximum, with mode / order")  # fmt: skip
-        name_above(plot, points, height)
+        name_points(plot, points, height)
 
 
-def name_above(plot: Plot, points: np.ndarray, height: np.ndarray | None = None) -> None:
+def name_points(plot: Plot, points: np.ndarray, height: np.ndarray | None = None) -> None:
     """The mode / order of each above the axes, with a line to its `height`, or to the edge."""
-    if not points.size:
-        return
-    axes, (x, _) = plot.axes, plot.drawn[0]
-    at, ends, edge = rpm(1.0) * points[:, 0], (x[0], x[-1]), axes.get_xaxis_transform()
-    tops = np.ones(len(at)) if height is None else height
-    named = ["", *mode_names(plot.result)]
-    axes.set_title(axes.get_title(loc="left"), loc="left", pad=_ROOM)
-    for where, top, place, (mode, order) in zip(
-        at, tops, spread(at, ends), points[:, 2:].tolist(), strict=True
-    ):
-        axes.annotate(
-            _words(float(where), named[int(mode)], order, ends), (where, top),
-            xycoords=edge if height is None else "data", xytext=(place, 1.012), textcoords=edge,
-            rotation=90, ha="center", va="bottom", fontsize=8, color=COLOURS[0],
-            annotation_clip=False, arrowprops={
-                "arrowstyle": "-", "linewidth": 0.6, "linestyle": ":", "shrinkA": 0.0,
-                "shrinkB": 3.0, "relpos": (0.5, 0.0), "color": COLOURS[0],
-            },
-        )  # fmt: skip
+    if points.size:
+        x, _ = plot.drawn[0]
+        at, named = rpm(1.0) * points[:, 0], ["", *mode_names(plot.result)]
+        each = zip(at.tolist(), points[:, 2:].tolist(), strict=True)
+        words = [_words(where, named[int(mode)], order, (x[0], x[-1]))
+                 for where, (mode, order) in each]  # fmt: skip
+        name_above(plot, at, words, COLOURS[0], height)
 
 
 def criticals_of(record: Record, section: str) -> np.ndarray:
@@ -170,13 +148,6 @@ def criticals_of(record: Record, section: str) -> np.ndarray:
     return np.stack([speed, np.full(speed.shape, np.nan), mode, order], axis=1)[kept]
 
 
-def spread(at: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
-    """Places near `at` (ascending) within the ends that leave room for a name each."""
-    room = min(_APART, 1.0 / max(len(at) - 1, 1)) * (ends[1] - ends[0])
-    steps = room * np.arange(len(at))
-    return np.asarray(np.clip(keep_apart(at, room), ends[0] + steps, ends[1] - steps[::-1]))
-
-
 def _words(at: float, mode: str, order: float, ends: tuple[float, float]) -> str:
     """`1-node / 3`, or why there is none."""
     if mode and order:
@@ -195,8 +166,6 @@ _MOST, _MOST_SPIKY = 6, 3
 _FAR = 4.0
 #: of the highest value, the least that a logarithmic axis shows
 _DEEP = 1e-3
-#: points of room for the names of maxima between the axes and their title
-_ROOM = 70.0
 #: more bands than these are drawn as a strip at the foot
 _BARCODE = 12
 _SHADES = (
@@ -308,7 +277,7 @@ def _top(result: Result, section: str) -> Panel:
 
     def maxima(plot: Plot) -> None:
         if _undamped(record):
-            return name_above(plot, criticals_of(record, section))
+            return name_points(plot, criticals_of(record, section))
         factors = np.array([1.0, scaled[0], 1.0, 1.0])
         return name_maxima(plot, factors * points_of(record, section), len(nearby))
 
@@ -360,7 +329,11 @@ def _all(result: Result, load: str, label: str, unit: str, but: Collection[str] 
     most = _MOST_SPIKY if undamped else _MOST
     look = {"linewidth": 0.8 if undamped else 1.3}
     left = len([one for one in names(result.record, f"speeds/{load}", "section") if one not in but])
-    title = {} if left <= most else {"title": f"the most loaded,\nof {left}:", "title_fontsize": 8}
+    title = (
+        {}
+        if left <= most
+        else {"title": f"the {most} most loaded\nof {left}:", "title_fontsize": 8}
+    )
     curve = Curve(_sections(load, but=but), "{}", look, most=most)
     return Panel(
         label, (curve, *_shades(False)), unit=unit, ends=_heights, legend={**_BESIDE, **title}

@@ -25,17 +25,17 @@ from vibecalc.core.report.curves import (
     Panel,
     Plot,
     decades,
-    first_of,
     level,
     operating,
+    through,
 )
+from vibecalc.core.report.marks import first_of
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.sources import Ends, Look, Source, entry_of, sourced
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import headroom, torque_words
 from vibecalc.torsion.pictures.modes import draw_orders
-from vibecalc.torsion.pictures.speeds import through
 from vibecalc.torsion.report.line import (
     TORSION,
     at_speed,
@@ -179,6 +179,7 @@ TORSION_TRANSIENT = Curves(
             (Curve(TRANSIENT + "history/torque", "", {**_BLUE, "linewidth": 1.0}), _onset),
             "the same torque about its peak",
             unit=torque_words,
+            ends=headroom(0.2),
             legend={"loc": "upper right"},
             needs=(_LOW,),
         ),
@@ -248,7 +249,8 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
         across = found.axes[0].values
     frequency, top = hertz(1.0) * found.axes[1].values, float(np.max(size))
     low, high, highest = float(np.min(across)), float(np.max(across)), float(frequency[-1])
-    figure = canvas(result, f"torque in section {_section(result)} during the change", 6.2)
+    words = f"torque in section {_section(result)} during the change"
+    figure = canvas(result, f"{words}; grey: orders, red: natural frequencies", 6.2)
     axes = figure.subplots()
     least = top * 10.0**-_DECADES
     shades = axes.pcolormesh(

@@ -17,25 +17,30 @@ from vibecalc.core.results.record import (
     Result,
 )
 from vibecalc.core.results.verdicts import verdicts_of
+from vibecalc.torsion.coupling_results import COUPLING
+from vibecalc.torsion.report.barred import (
+    all_ranges_in_words,
+    barred_ranges,
+    exceeded_table,
+    ranges_in_words,
+)
+from vibecalc.torsion.report.conditions import (
+    VARIANTS,
+    variant_words,
+)
 from vibecalc.torsion.report.limits import (
     AT_SPEED,
     FLAGS,
     PASSING,
-    VARIANTS,
-    all_ranges_in_words,
-    barred_ranges,
     crank_places,
-    exceeded_table,
     flags,
     formulas,
     has_limits,
     limited_words,
     limits_of,
-    ranges_in_words,
     rule_of,
     separation_rule,
     uses_by_section,
-    variant_words,
 )
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -50,7 +55,6 @@ from vibecalc.torsion.report.line import (
     torque_unit,
     vector,
 )
-from vibecalc.torsion.results import COUPLING
 from vibecalc.units import convert
 
 #: what has another section
@@ -486,7 +490,7 @@ CALCULATION = Calculation(
     ),
     elsewhere=(
         _named_part("first_page:torsion"),
-        _named_part("limits:torsion_limits"),
+        _named_part("barred:torsion_limits"),
     ),
 )
 

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Rows, named_at, rows_of
-from vibecalc.core.report.sections import Section, having, labels, speed_of, stacked, table_of
+from vibecalc.core.report.sections import having, labels, speed_of, stacked
 from vibecalc.core.report.writing import (
     Column,
     number,
@@ -31,14 +30,13 @@ from vibecalc.core.results.record import (
 )
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import state_of, verdicts_of
+from vibecalc.torsion.report.conditions import condition_words
 from vibecalc.torsion.report.couplings import BORNE, ICE, borne, permitted
 from vibecalc.torsion.report.line import (
     MEGA,
     TORSION,
     asked,
-    condition_words,
     every,
-    in_words,
     joined,
     line_of,
     mode_names,
@@ -47,7 +45,6 @@ from vibecalc.torsion.report.line import (
     place_of,
     silent,
     speed_range,
-    titled,
     torque_unit,
     vector,
 )
@@ -62,53 +59,6 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 _LIMIT = TORSION + "limit/"
-#: folders of the line with all cylinders firing, and in conditions of the cylinders
-VARIANTS = ("healthy/", "conditions/")
-
-
-def torsion_limits(result: Result) -> Section | None:
-    """The section, None if the case has no limit of stress or torque."""
-    record = result.record
-    if not {f"{_LIMIT}largest_utilisation", f"{_LIMIT}operating_utilisation"} & set(record):
-        return None
-    blocks = uses_by_section(result), crank_places(result), exceeded_table(record)
-    title = f"{limited_words(record).capitalize()} limits and barred ranges"
-    return titled(
-        result, title, *blocks, details={"rules of the limits": (formulas, basis, origins)}
-    )
-
-
-def barred_ranges(result: Result, *, permitted: bool = True, variant: str = "") -> list[str]:
-    """Each range to be barred as words, `44.37 to 53.78 rpm`, or each that may not be.
-
-    Those of the line as it is, or of a variant: `healthy/`, `conditions/`.
-    """
-    low, high, may = (
-        vector(result.record, f"{variant}barred/{name}", "barred")
-        for name in ("from", "to", "permitted")
-    )
-    if low is None or high is None:
-        return []
-    may = np.ones(len(low)) if may is None else may
-    inside = (low <= (at := speed_of(result) or 0.0)) & (at <= high)  # as an older file may not say
-    chosen = np.flatnonzero(((may > 0.0) & ~inside) == permitted)
-    return [f"{turns(low[i])} to {turns(high[i])} rpm" for i in chosen]
-
-
-def acceptable(record: Record, place: int, _path: str) -> str:
-    """What stands behind a range in the first table that may not be barred."""
-    may = vector(record, "barred/permitted", "barred")
-    return "" if may is None or may[place] else "NOT ACCEPTABLE: may not be barred"
-
-
-def barred_by(record: Record, place: int, _path: str) -> str | None:
-    """The limits that bar a range of the first table: `limits 1 and 2`."""
-    found = every(record, "exceeded", "exceeded", "from", "to", "limit")
-    if not found:
-        return None
-    start, stop, limit = (one.values for one in found)
-    low, high = (float(record[f"{TORSION}barred/{end}"].values[place]) for end in ("from", "to"))
-    return _numbered(sorted({int(one) for one in limit[(start >= low) & (stop <= high)]}))
 
 
 def most_used(record: Record, place: int, _path: str) -> str | None:
@@ -128,9 +78,10 @@ def _most_used(record: Record, when: str, place: int) -> str | None:
     return labels(of.axes[1])[int(np.nanargmax(of.values[place]))]
 
 
-def most_used_in_condition(record: Record, place: int, _path: str) -> str | None:
+def most_used_in_condition(record: Record, place: int, path: str) -> str | None:
     """The same of a condition and a limit, with the condition."""
-    of = having(record, f"{TORSION}conditions/limit/element", "condition", "limit")
+    start = "operating_" if "/operating_" in path else ""
+    of = having(record, f"{TORSION}conditions/limit/{start}element", "condition", "limit")
     number = 0 if of is None else int(np.ravel(of.values)[place])
     if of is None or not number:
         return None
@@ -154,70 +105,6 @@ def most_stressed_in_condition(record: Record, place: int, _path: str) -> str | 
 def _loaded(record: Record) -> list[str]:
     """Sections and gears, as the elements of conditions are counted."""
     return names(record, "torque_mean", "section") + names(record, "gear/mean_torque", "gear")
-
-
-def ranges_in_words(result: Result, variant: str = "") -> list[str]:
-    """What is barred, and where the line is not acceptable."""
-    barred, not_ = (barred_ranges(result, permitted=one, variant=variant) for one in (True, False))
-    lead = f"with {variant_words(result, variant)} " * bool(variant)
-    words = []
-    if barred:
-        verb = "are" if len(barred) > 1 else "is"
-        words.append(f"{lead}{joined(barred)} {verb} barred for continuous operation")
-    if not_:
-        why = "a limit for continuous operation is exceeded and barring is not permitted"
-        words.append(f"{lead}the line is not acceptable from {joined(not_)}, where {why}")
-    return words
-
-
-def variant_words(result: Result, variant: str) -> str:
-    """What the cylinders do in a variant: `one cylinder misfiring`."""
-    if variant == "healthy/":
-        return "all cylinders firing"
-    given = table_of(asked(result), "conditions")
-    words = ["one cylinder misfiring"] * (given.get("misfire") != "none")
-    words += ["one cylinder out of balance"] * bool(given.get("imbalance"))
-    words += ["the given cylinder pressures"] * bool(given.get("pressure_scale"))
-    return " or ".join(words)
-
-
-def all_ranges_in_words(result: Result) -> list[str]:
-    """Those of the line as it is, of all cylinders firing, and of conditions of the cylinders."""
-    of = ("", *VARIANTS)
-    return [words for variant in of for words in ranges_in_words(result, variant)]
-
-
-def exceeded_table(record: Record, variant: str = "") -> list[str]:
-    """The ranges above the limits, and which of them may be barred."""
-    above = (
-        f"Speed ranges in which the {limited_words(record, 'or')} exceeds the limit for "
-        "continuous operation:"
-    )
-    root = f"{TORSION}{variant}exceeded"
-    condition = named_at(f"{root}/condition", f"{TORSION}conditions/torque_half_range")
-    columns = Cells(in_words(condition), "condition"), *_EXCEEDED
-    of = Rows("exceeded", "", [one._replace(of=f"{root}/{one.of}") if isinstance(one.of, str)
-                               else one for one in columns], above=above)  # fmt: skip
-    return rows_of(record, of)[0]
-
-
-def _turns(speed: float, _error: float) -> str:
-    return turns(speed) if speed else ""
-
-
-def _number(value: float, _error: float) -> str:
-    return str(int(value)) if value else ""
-
-
-_EXCEEDED = (
-    Cells("from", "from\nrpm", _turns, right=True),
-    Cells("to", "to\nrpm", _turns),
-    Cells("limit", "limit", _number),
-    Cells("peak_speed", "worst at\nrpm", _turns),
-    Cells("formula_from", "by formula\nfrom, rpm", _turns),
-    Cells("formula_to", "to\nrpm", _turns),
-    Cells("permitted", "barred range", lambda may, _: "acceptable" if may else "NOT ACCEPTABLE"),
-)
 
 
 def rule_of(limit: Mapping[str, Any]) -> "Rule":
@@ -435,7 +322,7 @@ def uses_by_section(result: Result) -> list[str]:
         some = np.flatnonzero(there.any(axis=1)).tolist()
         rules = {i + 1: rule_of(given[i]).name for i in some}
         listed = "; ".join(
-            f"{_numbered([i for i, one in rules.items() if one == rule])}: {rule}"
+            f"{numbered([i for i, one in rules.items() if one == rule])}: {rule}"
             for rule in dict.fromkeys(rules.values())
         )
         words = f"Half ranges of the {name} in {unit}. {listed[:1].upper()}{listed[1:]}."
@@ -448,7 +335,7 @@ def uses_by_section(result: Result) -> list[str]:
     return stacked(*(block for _, block in sorted(blocks, key=lambda one: -one[0])))
 
 
-def _numbered(limits: Collection[int]) -> str:
+def numbered(limits: Collection[int]) -> str:
     """`limit 2`, `limits 2 and 3`."""
     return f"limit{'s' * (len(limits) > 1)} {joined(map(str, limits))}"
 

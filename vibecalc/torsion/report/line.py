@@ -320,31 +320,6 @@ def worst_section(record: Record) -> str | None:
     return None
 
 
-#: how the names of conditions of one cylinder end -> what is said of it
-_CONDITIONS = {" misfires": "misfire", " out of balance": "imbalance"}
-
-
-def condition_words(name: str) -> str:
-    """A condition of the cylinders by its name in the file: `misfire of cylinder 5`."""
-    for end, words in _CONDITIONS.items():
-        if name.endswith(end):
-            return f"{words} of cylinder {name.removesuffix(end)}"
-    return name
-
-
-def in_words(made: Made) -> Made:
-    """Names of conditions as people read them."""
-
-    def said(record: Record) -> Quantity | None:
-        found = made(record)
-        if found is None:
-            return None
-        return part_of(found, np.array([condition_words(str(one)) for one in found.values]),
-                       *found.axes)  # fmt: skip
-
-    return said
-
-
 def joined(words: Iterable[str]) -> str:
     """`a`, `a and b`, `a, b and c`."""
     found = list(words)
@@ -376,22 +351,22 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     machine, torsion = table_of(result.case, "machine"), asked(result)
     engine = line.cylinder_station.size > 0
     rows = _engine(result, machine) if engine else []
-    words = [range_words(result)] if torsion.get("speeds") else []
+    ranges = [range_words(result)] if torsion.get("speeds") else []
     orders = having(result.record, TORSION + "excitation/station_torque", "station", "order")
     if orders is not None and np.any(orders.values):
         values = np.asarray(orders.axes[1].values, dtype=float)
         even = values.size > 1 and np.ptp(np.diff(values)) < _EVEN
         every_ = f" every {order_text(values[1] - values[0])}" if even else ""
-        words.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every_}")
-    rows += [("speeds and orders", ", ".join(words))] if words else []
+        ranges.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every_}")
+    rows += [("speeds and orders", ", ".join(ranges))] if ranges else []
     rows += given_rows(result, torque_unit(result.record))
     if ill := silent(result):
         kind = _MISFIRES.get(str(torsion.get("misfire_kind")), "no gas torque")
         rows.append(("misfire", f"cylinder{'s' * (len(ill) > 1)} {joined(ill)}: {kind}"))
     rows += _damping(torsion)
     total = short(float(np.sum(line.line.inertia)))
-    words = f"{total} kg m^2 referred to {first_shaft(line)}; {_loads(result, line)}"
-    return [*rows, ("total inertia", words)]
+    inertia = f"{total} kg m^2 referred to {first_shaft(line)}; {_loads(result, line)}"
+    return [*rows, ("total inertia", inertia)]
 
 
 def first_shaft(line: "ShaftLineModel") -> str:

@@ -8,6 +8,7 @@ from vibecalc.core.report.sections import Section, having, labels, magnitudes, s
 from vibecalc.core.report.writing import Column, hertz, many, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.errors import NumericalFailure
+from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.report.limits import separation_rule
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -28,7 +29,6 @@ from vibecalc.torsion.report.line import (
     titled,
     vector,
 )
-from vibecalc.torsion.results import COUPLING
 
 if TYPE_CHECKING:
     from vibecalc.torsion.line import Line

@@ -11,6 +11,7 @@ from vibecalc.core.report.rows import Cells, Found, Rows, by_axis, part_of, rows
 from vibecalc.core.report.rows import short as in_short
 from vibecalc.core.report.sections import (
     Section,
+    by_size,
     having,
     labels,
     magnitudes,
@@ -153,7 +154,8 @@ def _supplied(record: Record) -> str:
     )
     if whole_ is None:
         return ""
-    factor, unit = torque_unit(record)
+    unit = by_size(torque_unit(record)[1], [whole_])
+    factor = convert(1.0, "N*m", unit)
     words = f"The speed change requires up to {show(factor * abs(whole_))} "
     words += f"{unit} at crank speed"
     known = names(record, "angle_half_range", "station")

@@ -28,14 +28,13 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.report.limits import exceeded_table
+from vibecalc.torsion.report.barred import exceeded_table
+from vibecalc.torsion.report.conditions import condition_words, in_words
 from vibecalc.torsion.report.line import (
     MILLI,
     TORSION,
     at_speed,
     cell,
-    condition_words,
-    in_words,
     joined,
     line_of,
     meeting,

@@ -96,23 +96,6 @@ def steady_response(
     return SteadyTwist(np.arange(highest + 1) / system.turns, angle, error, beyond)
 
 
-def constant_response(
-    system: VariableLine, speed: ArrayLike, torque: ArrayLike, highest_order: float
-) -> SteadyTwist:
-    """The same with mean inertias and the inertia torque as a load: what is usually computed."""
-    speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
-    forces = np.asarray(torque, dtype=np.complex128)
-    change = system.variation.T
-    count = max(forces.shape[-2], system.turns * len(change) + 1)
-    whole = np.zeros((len(speeds), count, forces.shape[-1]), dtype=np.complex128)
-    whole[:, : forces.shape[-2]] = forces
-    order = np.arange(1, len(change) + 1)[:, None]
-    inertial = -0.5j * order * change * speeds[:, None, None] ** 2
-    whole[:, system.turns : system.turns * len(change) + 1 : system.turns] += inertial
-    plain = system._replace(variation=np.zeros((change.shape[1], 0), dtype=np.complex128))
-    return steady_response(plain, speeds, whole, highest_order)
-
-
 def _one_speed(
     system: VariableLine,
     speed: float,

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.core.report.canvas import LIMIT, QUIET, keep_apart, note, unit_words
-from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, resonances, rows_of, usual_ends
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, rows_of, usual_ends
+from vibecalc.core.report.marks import resonances
 from vibecalc.core.report.sources import Ends
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
@@ -127,7 +128,7 @@ def _panel(picture: Picture, one: Shown) -> Panel:
         if picture.star is not None:
             point, at, label = picture.star
             axes.plot(at[:1], [one.values[point]], **BEST, label=label)
-        if separate is not None and picture.here is not None:
+        if picture.here is not None and len(picture.axes) == 1:
             axes.axvline(picture.here[0], color="black", ls="--", lw=1.0,
                          label="the case as written")  # fmt: skip
         _limits(plot, x, one, numbers, values)

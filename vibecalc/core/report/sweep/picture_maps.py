@@ -165,9 +165,9 @@ def _region(axes: "Axes", picture: Picture) -> None:
     state = np.ma.masked_invalid(judged.state[points])
     colours = ListedColormap([_BROKEN, _UNDECIDED, _KEPT])
     axes.pcolormesh(x, y, state, shading="nearest", cmap=colours, vmin=-1.0, vmax=1.0)
-    title = "limits: all are kept where it is green"
+    title = "green: all limits are met"
     if np.any(judged.open[points]):
-        title += ",\nundecided where it is yellow: the error reaches over a limit"
+        title += "\nyellow: undecided, the error reaches over a limit"
     for i, limit in enumerate(judged.limits):
         _boundary(axes, (x, y, limit.worst.values[points]), limit, limit.bound, palette(i)[0])
     axes.set_title(title, fontsize=8)

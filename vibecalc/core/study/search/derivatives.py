@@ -55,7 +55,7 @@ def slopes_along(
     formula through the three nearest of them; where it exceeds the noise the spacing shrinks.
     """
     best: list[Slope | None] = [None] * len(directions)
-    left = range(len(directions))
+    left = list(range(len(directions)))
     for spacing in SPACINGS:
         asked = [_points(values, unit, directions[one], spacing) for one in left]
         values.ahead([point for _, points in asked for point in points])

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from vibecalc.core.study.search.problem import (
     Search,
     spread,
 )
-from vibecalc.core.study.search.side_by_side import side_by_side
+from vibecalc.core.study.search.side_by_side import Ask, side_by_side
 from vibecalc.errors import NumericalFailure
 
 # ----------------------------------------------------------------------------
@@ -190,16 +191,19 @@ def search_all(sampler: Sampler, points: np.ndarray) -> list[Search]:
         if len(begun) == 1:
             ends.append(_searched(sampler, begun[0], local_search))
             continue
-        ends += side_by_side(
-            [lambda ask, at=at: _searched(sampler.asking(ask), at, local_search) for at in begun],
-            sampler.ahead,
-        )
+        searches = [partial(_among, sampler, point) for point in begun]
+        ends += side_by_side(searches, sampler.ahead)
     if not any(end.feasible for end in ends):
         start = _feasible_point(sampler, [end for end in ends if np.isfinite(end.violation)])
         ends.append(_searched(sampler, start, local_search))
         if not ends[-1].feasible:  # that point keeps the limits, as it is
             ends.append(_searched(sampler, start, lambda values, unit: unit))
     return ends
+
+
+def _among(sampler: Sampler, start: np.ndarray, ask: Ask) -> Search:
+    """One of several searches side by side."""
+    return _searched(sampler.asking(ask), start, local_search)
 
 
 def _searched(
