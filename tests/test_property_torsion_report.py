@@ -13,6 +13,7 @@ import pytest
 from report_samples import quantity
 from torsion_samples import ROOT, ruled, six
 
+from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Record, Result
 from vibecalc.torsion.report.first_page import barred, conclusion
@@ -127,3 +128,30 @@ def test_what_nothing_damps_is_unbounded_and_said() -> None:
     assert "unbounded" in " ".join(row(section(text, "Vibration over the speed range"), "rear"))
     assert "No damping at 477.5 to 478.4 rpm (1-node, order 3)" in text
     assert "undamped" in conclusion(result)
+
+
+def test_the_reduction_told_first_is_that_of_the_section_that_bears_most_without_dampers() -> None:
+    """The least of all is often that of a section with hardly any torque."""
+    axis, record = Axis(name="section", values=np.array(["nose", "rear"])), Record()
+    record.add(quantity(f"{ROOT}reduction", [0.7, 3.0], "", axis))
+    (least,) = headline_rows(record)
+    assert least.where == "section nose"
+    bare = f"{ROOT}without_dampers/largest/torque_half_range"
+    record.add(quantity(bare, [10.0, 900.0], "N*m", axis))
+    (governing,) = (one for one in headline_rows(record) if one.path == f"{ROOT}reduction")
+    assert (governing.where, governing.value) == ("section rear", 3.0)
+
+
+@pytest.mark.parametrize(("stiffness", "count"), [(0.0, 0), (2e5, 1)])
+def test_a_damper_without_springs_has_no_row_of_them(stiffness: float, count: int) -> None:
+    path, record = "damper_design/stiffness", Record()
+    record.add(quantity(path, stiffness, "N*m/rad"))
+    record.add(quantity("damper_design/damping_ratio", 0.3 if stiffness else np.inf, ""))
+    record.add(quantity("damper_design/damping", 50.0, "N*m*s/rad"))
+    assert sum(one.path == path for one in headline_rows(record)) == count
+    told = section(
+        render_report(replace(six(), record=record, verdicts=())), "Design of the damper"
+    )
+    assert sum("stiffness" in line for line in told) == count
+    assert sum("damping ratio" in line for line in told) == count
+    assert any("damping  " in line for line in told)

@@ -77,7 +77,7 @@ def _curves(result: Result) -> list[str]:
     what = str(options.get("response") or "displacement").replace("_", " ")
     by = str(options.get("excitation") or "force")
     over = "base motion" if by.startswith("base") else "static displacement of the primary"
-    over = "m_u r / M1, unbalance / mass of the primary" if by == "unbalance" else over
+    over = "(unbalance / mass of the primary)" if by == "unbalance" else over
     about = paragraph(f"{what} for {by.replace('_', ' ')} excitation; displacements / {over}")
     return [*about, *lines]
 
