@@ -95,7 +95,7 @@ class SupportDisplacement(Group):
     static: Any = lead("mount", "m", "static deflection of a mount")
     steady_harmonics: Any = q("mount direction order", "m", "displacement at a mount", PEAK)
     vertical_peak: Any = lead("mount", "m", "vertical displacement at a mount, peak", PEAK)
-    total: Any = lead("mount", "m", "total vertical deflection of a mount, peak", PEAK)
+    total: Any = lead("mount", "m", "total deflection of a mount, vertical", PEAK)
 
 
 # ----------------------------------------------------------------------------
