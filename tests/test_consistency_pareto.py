@@ -22,7 +22,7 @@ def test_convex_front_in_closed_form():
     assert np.all(np.abs(found.values[:, 0] - exact) <= allowed + 1e-15)
     assert (found.values[:, 0][0], found.values[:, 1][-1]) == pytest.approx((0, 0), abs=1e-14)
     assert (found.values[:, 0][-1], found.values[:, 1][0]) == pytest.approx((1, 1), abs=1e-9)
-    assert found.evaluations < 1500
+    assert found.evaluations < 1700  # with those ahead, which a batch computes with the others
     assert not found.notes
 
 

@@ -166,6 +166,9 @@ def test_what_has_another_shape_is_a_difference() -> None:
         row = compare(one, changed(one, "a/b", **fields)).rows[0]
         assert row.problems == (words,)
         assert not row.same
+    # the entries that both have are equal: a row of zeros would tell of no difference
+    said = render_differences(compare(one, changed(one, "a/b", **fields)))
+    assert f"a/b: {words}" in said and "worst first" not in said
     assert compare(one, with_quantities(one, {"a/c": None})).rows[1].problems == ("is missing",)
     extra = compare(one, with_quantities(one, {"b/d": quantity("b/d")})).rows[2]
     assert extra.problems == ("is not in the reference",)

@@ -13,9 +13,10 @@ import pytest
 from report_samples import quantity
 from torsion_samples import ROOT, ruled, six
 
+from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Record, Result
-from vibecalc.torsion.report.first_page import conclusion
+from vibecalc.torsion.report.first_page import barred, conclusion
 from vibecalc.torsion.report.limits import flags
 from vibecalc.torsion.report.line import within
 
@@ -72,6 +73,22 @@ def test_verdicts_follow_the_uses(
     assert words in conclusion(result)
 
 
+def test_a_limit_on_a_stress_is_told_where_no_rule_bars_speeds() -> None:
+    """The page that shows a `[[limit]]` as broken does not say that there is none."""
+    largest = f"{ROOT}largest/stress_half_range"
+    case = {**six().case, "limit": [{"quantity": largest, "max": "1 MPa"}]}
+    kept = Record(quantities={
+        path: one for path, one in six().record.items() if "limit/" not in path
+    })  # fmt: skip
+    result = replace(six(), case=case, record=kept, verdicts=None)
+    said = "The limit on the largest vibratory stress is BROKEN"
+    assert conclusion(result).startswith(said)
+    told = " ".join(barred(result))
+    assert said in told and "no speed range is barred" in told
+    without = replace(result, case={**case, "limit": []}, verdicts=None)
+    assert "The case sets no stress limit" in conclusion(without)
+
+
 def test_gears_that_hammer_inside_the_range_are_named_with_the_range() -> None:
     """Still in contact at the operating speed is no pass for the range."""
     hammers = np.zeros_like(ruled().record[ROOT + "speeds/gear_hammers"].values)
@@ -111,3 +128,30 @@ def test_what_nothing_damps_is_unbounded_and_said() -> None:
     assert "unbounded" in " ".join(row(section(text, "Vibration over the speed range"), "rear"))
     assert "No damping at 477.5 to 478.4 rpm (1-node, order 3)" in text
     assert "undamped" in conclusion(result)
+
+
+def test_the_reduction_told_first_is_that_of_the_section_that_bears_most_without_dampers() -> None:
+    """The least of all is often that of a section with hardly any torque."""
+    axis, record = Axis(name="section", values=np.array(["nose", "rear"])), Record()
+    record.add(quantity(f"{ROOT}reduction", [0.7, 3.0], "", axis))
+    (least,) = headline_rows(record)
+    assert least.where == "section nose"
+    bare = f"{ROOT}without_dampers/largest/torque_half_range"
+    record.add(quantity(bare, [10.0, 900.0], "N*m", axis))
+    (governing,) = (one for one in headline_rows(record) if one.path == f"{ROOT}reduction")
+    assert (governing.where, governing.value) == ("section rear", 3.0)
+
+
+@pytest.mark.parametrize(("stiffness", "count"), [(0.0, 0), (2e5, 1)])
+def test_a_damper_without_springs_has_no_row_of_them(stiffness: float, count: int) -> None:
+    path, record = "damper_design/stiffness", Record()
+    record.add(quantity(path, stiffness, "N*m/rad"))
+    record.add(quantity("damper_design/damping_ratio", 0.3 if stiffness else np.inf, ""))
+    record.add(quantity("damper_design/damping", 50.0, "N*m*s/rad"))
+    assert sum(one.path == path for one in headline_rows(record)) == count
+    told = section(
+        render_report(replace(six(), record=record, verdicts=())), "Design of the damper"
+    )
+    assert sum("stiffness" in line for line in told) == count
+    assert sum("damping ratio" in line for line in told) == count
+    assert any("damping  " in line for line in told)

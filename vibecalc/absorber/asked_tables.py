@@ -269,7 +269,9 @@ class Bounds(Table):
         "minimum and maximum of c2 / (2 sqrt(K1 J1)), of the absorber", None
     )
     travel: Positive | None = key(
-        "maximum displacement of the absorber relative to the primary, over T0 / K1", None
+        "maximum displacement of the absorber relative to the primary, over T0 / K1, "
+        "m_u r / M1 or the motion of the ground",
+        None,
     )
     RULES = (
         pair_ordered("stiffness_ratio"),

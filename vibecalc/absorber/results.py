@@ -17,7 +17,8 @@ HARDWARE_ROOT = "hardware"
 PENDULUM_ROOT = "pendulum"
 FRICTION_ROOT = "friction_damper"
 _TUNED = f"{TUNING_ROOT}/peak"
-_TRAVEL = "largest travel of the absorber / static displacement"
+_TRAVEL = "travel ratio of the absorber, largest"
+_OVER = "over T0 / K1, m_u r / M1 or the motion of the ground"
 _LARGEST = Headline(
     "largest response of the primary",
     pick="first",
@@ -40,7 +41,8 @@ class Response(Group):
         "where that is, over the primary's own frequency; infinite for a limit at high frequency",
         name="frequency ratio of the largest response",
     )  # fmt: skip
-    largest_travel: Any = lead("curve", "", _TRAVEL, pick="first", unless=_TUNED)
+    largest_travel: Any = lead("curve", "", _TRAVEL, pick="first", unless=_TUNED,
+        about=_OVER)  # fmt: skip
     natural_frequency_ratio: Any = q("mode", "",
         "undamped natural frequencies over the primary's own; infinite where parts are locked",
         name="undamped natural frequency ratio",
@@ -110,7 +112,8 @@ class Tuning(Group):
         "damping of the absorber / critical damping of the primary",
         unless=f"{TUNING_ROOT}/absorber_damping_ratio")  # fmt: skip
     absorber_damping_ratio: Any = lead("", "", "damping ratio of the absorber")
-    travel: Any = lead("", "", _TRAVEL, unless=f"{RESPONSE_ROOT}/motion/in_band/travel")
+    travel: Any = lead("", "", _TRAVEL, unless=f"{RESPONSE_ROOT}/motion/in_band/travel",
+        about=_OVER)  # fmt: skip
     certificate: Any = q("", "", "remainder of the gradients: 0 for an optimum",
         exempt=CHECK, diagnostic=True)  # fmt: skip
     helps: Any = q("", "", "1: a sprung or damped absorber helps, 0: none does")
@@ -371,7 +374,7 @@ class Pendulum(Group):
     path_radius: Any = named("", "m", "radius of the path at its vertex")
     path_exponent: Any = named("", "", "path exponent (0 circle, 1 cycloid)")
     detuning: Any = named("", "1/rad^2", "relative change of order / swing squared")
-    largest_swing: Any = lead("", "rad", "maximum swing of the pendulum on its path")
+    largest_swing: Any = named("", "rad", "maximum swing of the pendulum on its path")
     mass_ratio: Any = named("", "", "mass ratio of the equivalent absorber")
     inertia: Any = named("", "kg*m^2", "inertia of the equivalent absorber")
     stiffness: Any = named("", "N*m/rad", "stiffness of the equivalent absorber")
@@ -408,7 +411,7 @@ class Jump(Group):
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/jump"
     torque: Any = lead("", "N*m", "torque at which the swing jumps", about="infinite: at none")
-    swing: Any = named("", "rad", "largest swing before the jump", exempt=DIFFERENCE)
+    swing: Any = lead("", "rad", "largest swing before the jump", exempt=DIFFERENCE)
 
 
 #: axis name -> (unit, long name)

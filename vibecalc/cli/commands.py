@@ -253,7 +253,7 @@ def report(
         None,
         "--output",
         "-o",
-        help="File in .html or .txt, or folder that exists or ends with '/'.",
+        help="File in .html or .txt, or folder that exists or ends with '/' (--html: pages).",
     ),
 ) -> None:
     """Print the report of result files, or write it to a file; nothing is recomputed."""

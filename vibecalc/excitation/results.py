@@ -21,8 +21,8 @@ class OnBody(Group):
     couple: Any = q("order direction", "N*m", f"couple on the body {ABOUT}", PEAK)
     force_peak: Any = lead("direction", "N", "shaking force, peak", PEAK,
         unless="balance/before/force_peak")  # fmt: skip
-    couple_peak: Any = lead("direction", "N*m", "shaking couple, peak", PEAK, about=ABOUT,
-        unless="balance/before/couple_peak")  # fmt: skip
+    couple_peak: Any = lead("direction", "N*m", "shaking couple of inertia forces, peak", PEAK,
+        about=ABOUT, unless="balance/before/couple_peak")  # fmt: skip
     residual: Any = lead("", "N", "residual unbalance", PEAK, about=ABOUT)
 
 

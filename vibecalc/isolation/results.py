@@ -88,14 +88,14 @@ class SupportForce(Group):
 
 
 class SupportDisplacement(Group):
-    """Displacement of the body at each support; the total deflection is with that by
+    """Displacement of the body at each support; the total, along the vertical, is with that by
     weight and mean torque."""
 
     ROOT: ClassVar[str] = "isolation/support_displacement"
     static: Any = lead("mount", "m", "static deflection of a mount")
     steady_harmonics: Any = q("mount direction order", "m", "displacement at a mount", PEAK)
     vertical_peak: Any = lead("mount", "m", "vertical displacement at a mount, peak", PEAK)
-    total: Any = lead("mount", "m", "total deflection of a mount, peak", PEAK)
+    total: Any = lead("mount", "m", "total deflection of a mount, vertical", PEAK)
 
 
 # ----------------------------------------------------------------------------

@@ -305,8 +305,8 @@ def _throw(
             yield Problem(
                 path=(*path, "bending"),
                 message=f"bending alone uses up what the rule allows {words} at the {name}",
-                found=f"{stress / 1e6:.4g} N/mm2 with its stress concentration",
-                allowed=f"< {allowed / 1e6:.4g} N/mm2, the fatigue strength over 1.15",
+                found=f"{stress / 1e6:.4g} N/mm^2 with its stress concentration",
+                allowed=f"< {allowed / 1e6:.4g} N/mm^2, the fatigue strength over 1.15",
             )
 
 

@@ -274,7 +274,7 @@ class CrankBending(Table):
         "sigma_BON: bending at the oil bore, of the pin's cross-section", None, ge=0
     )
     additional: Stress = key(
-        "sigma_add: 10 N/mm2 of trunk piston, 30 of crosshead engines", 10e6, ge=0
+        "sigma_add: 10 N/mm^2 of trunk piston, 30 of crosshead engines", 10e6, ge=0
     )
 
 

@@ -216,7 +216,7 @@ DAMPER_DESIGN = under(
     "damper_design",
     entry("inertia", "", "kg*m^2", "of the ring", name="ring inertia"),
     _study("stiffness", "", "N*m/rad", "of its springs; 0: none",
-           headline=Headline("stiffness, optimum damper", "kN*m/rad")),
+           headline=Headline("stiffness, optimum damper", "kN*m/rad", pick="present")),
     _study("damping", "", "N*m*s/rad", "viscous",
            headline=Headline("damping, optimum damper", "N*m*s/rad")),
     _study("natural_frequency", "", "rad/s", "of the ring on its springs, station held"),

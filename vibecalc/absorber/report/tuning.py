@@ -77,6 +77,7 @@ def _curves(result: Result) -> list[str]:
     what = str(options.get("response") or "displacement").replace("_", " ")
     by = str(options.get("excitation") or "force")
     over = "base motion" if by.startswith("base") else "static displacement of the primary"
+    over = "(unbalance / mass of the primary)" if by == "unbalance" else over
     about = paragraph(f"{what} for {by.replace('_', ' ')} excitation; displacements / {over}")
     return [*about, *lines]
 
@@ -444,7 +445,7 @@ def friction_damper(result: Result) -> Section | None:
 
 PENDULUM = "pendulum/"
 _SCALARS = (
-    *("order", "path_radius", "path_exponent", "detuning", "largest_swing", "mass_ratio"),
+    *("order", "path_radius", "detuning", "largest_swing", "mass_ratio"),
     *("inertia", "stiffness", "small/rotor", "small/swing", "small/rotor_without"),
     *("jump/torque", "jump/swing"),
 )
@@ -479,7 +480,8 @@ def pendulum(result: Result) -> Section | None:
 def _words(result: Result) -> list[str]:
     record = result.record
     rotor, alone = (scalar_of(record, PENDULUM + f"small/{x}") for x in ("rotor", "rotor_without"))
-    lines = []
+    form = str(table_of(result.case, "machine", "pendulum").get("path", "circular"))
+    lines = paragraph(f"the mass centre runs on a {form} path")
     if rotor is not None and alone is not None:
         swing = scalar_of(record, PENDULUM + "small/swing") or 0.0
         share = show(alone / rotor, digits=3) if rotor > 0.0 else "any"

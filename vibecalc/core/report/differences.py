@@ -28,7 +28,8 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
     shown = [row for row in comparison.worst(len(comparison.rows)) if not row.same][:count]
     close = [row for row in comparison.worst(count) if row.ratio > 0]
     lines: list[str] = []
-    numbers = [row for row in shown or close if row.entries]
+    # what differs by its axis only has equal values: its words stand below the table
+    numbers = [row for row in shown or close if row.entries and (row.failed or not row.problems)]
     if numbers:
         title = "Differences, worst first" if differing else "Closest to their tolerance"
         lines += [title, "", *table(_COLUMNS, [_cells(row) for row in numbers]), ""]

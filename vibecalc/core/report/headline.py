@@ -277,11 +277,15 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         for value, name in zip(moving, _ELASTIC, strict=False):
             yield _row(one, quantity, value, name)
         return
+    if one.pick == "present" and not np.any(flat):
+        return
     chosen: Sequence[int] = range(min(len(flat), 1 if one.pick == "first" else _MOST_EACH))
     if one.pick == "ends" and len(flat) > _FEW:
         chosen = (0, len(flat) - 1)
     if one.pick in ("largest", "least"):
         size = -flat if one.pick == "least" else flat if quantity.unit == "dB" else np.abs(flat)
+        ranking = record.quantities.get(one.by)
+        size = size if ranking is None else np.ravel(magnitudes(ranking))
         top = first_of_largest(np.where(np.isnan(flat), -np.inf, size))
         chosen = range(top, top + 1)
     for at in chosen:

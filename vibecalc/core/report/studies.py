@@ -383,7 +383,8 @@ def find(result: Result) -> Section | None:
         unit = bound_unit(search, parts["value"].unit)
         ends = (show(*in_unit(parts[name], unit), _DIGITS) if name in parts else "-"
                 for name in ("written", "value"))  # fmt: skip
-        reached, wanted = (_number(parts, name, unit=True) for name in ("reached", "wanted"))
+        of = _result_unit(search, parts)
+        reached, wanted = (_number(parts, name, of) for name in ("reached", "wanted"))
         wanted = f"{search['sense']}imum" if search.get("sense") else wanted
         numbers = _number(parts, "ratio"), reached, wanted
         rows.append([str(search["name"]), str(search["key"]), *ends, unit, *numbers])
@@ -415,16 +416,18 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
     where, path = dict(search.get("where") or {}), str(search["quantity"])
     value, unit = parts["value"], bound_unit(search, parts["value"].unit)
     found, error = in_unit(value, unit)
-    words = f"{name_of(path, where)}: {_number(parts, 'reached', unit=True)}"
+    of = _result_unit(search, parts)
+    words = f"{name_of(path, where)}: {_number(parts, 'reached', of)}"
     words += f" with {search['key']} = {show_in(found, unit, error, _DIGITS)}"
     before = result.record.quantities.get(path)
     if before is not None:
         with suppress(ResultError):
-            size, off = worst(before, where, "max")[0], before.error_estimate
-            words += f"; as written {show_in(size, before.unit, off, _DIGITS)}"
+            factor = convert(1.0, before.unit, of)
+            size, off = factor * worst(before, where, "max")[0], factor * before.error_estimate
+            words += f"; as written {show_in(size, of, off, _DIGITS)}"
     if search.get("change") is not None:
         words += f"; wanted: a change of {search['change']}"
-    also = [f"{one} = {_number(parts, f'scaled_with/{one}', unit=True)}"
+    also = [f"{one} = {_number(parts, f'scaled_with/{one}')}"
             for one in search.get("scaled_with") or ()]  # fmt: skip
     words += f"; in the same ratio: {', '.join(also)}" * bool(also)
     more = parts.get("others")
@@ -438,8 +441,17 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
     return words
 
 
-def _number(parts: Mapping[str, Quantity], name: str, unit: bool = False) -> str:
+def _result_unit(search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> str:
+    """The unit that the case writes the target in, else the one that people read the result in."""
+    of = parts["reached"].unit if "reached" in parts else ""
+    return bound_unit({"max": search.get("target")}, read_as(str(search["quantity"]), of)[1])
+
+
+def _number(parts: Mapping[str, Quantity], name: str, unit: str | None = None) -> str:
+    """A scalar with its unit: that given, else its own."""
     one = parts.get(name)
     if one is None:
         return "-"
-    return show_in(one.values[()], one.unit if unit else "", one.error_estimate, _DIGITS)
+    unit = one.unit if unit is None else unit
+    value, error = in_unit(one, unit)
+    return show_in(value, unit, error, _DIGITS)

@@ -32,9 +32,10 @@ class Headline(NamedTuple):
 
     Of an array `pick` says which entries: that of `largest` magnitude, the `least`, `each` one,
     the `first` one, the first and the last of many (`ends`), or the lowest three above zero
-    (`elastic`). `at` is the path of the speeds,
-    or ratios of frequencies, at which the entries are met. Where there is a quantity at `unless`,
-    that says it better. `words` names a function (record, place among the entries, path),
+    (`elastic`), or those of values that are not all zero (`present`). Where there is a result at
+    `by`, of the same entries, the entry is that where this is largest. `at` is the path of the
+    speeds, or ratios of frequencies, at which the entries are met. Where there is a quantity at
+    `unless`, that says it better. `words` names a function (record, place among the entries, path),
     as `package.module:function`, whose words stand for the entry; None for it itself.
     """
 
@@ -44,6 +45,7 @@ class Headline(NamedTuple):
     at: str = ""
     unless: str = ""
     words: str = ""
+    by: str = ""
 
 
 #: what an SI unit is read in, if not in itself

@@ -121,9 +121,10 @@ def _masked(scene: Scene, undamped: UndampedResonances) -> None:
     scene.emit(f"{ROOT}/resonances_skipped/to", undamped.high, undamped.error, axes)
     scene.emit(f"{ROOT}/resonances_skipped/mode", undamped.mode, 0.0, axes)
     scene.emit(f"{ROOT}/resonances_skipped/order", undamped.order, 0.0, axes)
-    if len(undamped.speed):
+    if count := len(undamped.speed):
+        plural = "s" * (count > 1)
         scene.warn(
-            f"undamped resonances at {len(undamped.speed)} speeds of the range (masked): curves "
+            f"undamped resonance{plural} at {count} speed{plural} of the range (masked): curves "
             "unbounded there"
         )
 

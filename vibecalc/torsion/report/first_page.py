@@ -9,7 +9,7 @@ from vibecalc.core.report.calculation import Calculation, Chapter, limit_table
 from vibecalc.core.report.headline import first_table
 from vibecalc.core.report.pages import conclusion as counted
 from vibecalc.core.report.pages import limit_verdict
-from vibecalc.core.report.sections import Section, having, labels, stacked, table_of
+from vibecalc.core.report.sections import Section, having, labels, read_as, stacked, table_of
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table, turns
 from vibecalc.core.results.record import (
     BARRED,
@@ -297,7 +297,7 @@ def conclusion(result: Result) -> str:
     record = result.record
     driven = TORSION + "torque_half_range" in record
     none = "the case sets no stress limit" if driven else "the line has no excitation"
-    clauses = [*_of_limits(result)] or [none]
+    clauses = [*_of_limits(result)] or [*_of_own_limits(result)] or [none]
     clauses += [*_of_couplings(result), *_of_gears(result), *_of_majors(result)]
     if vector(record, "resonances_skipped/from", "resonance_skipped") is not None:
         clauses.append("some critical speeds are undamped")
@@ -328,6 +328,17 @@ def _of_limits(result: Result) -> Iterator[str]:
         yield "no speed range is barred"
     for variant in VARIANTS:
         yield from ranges_in_words(result, variant)
+
+
+def _of_own_limits(result: Result) -> Iterator[str]:
+    """What became of each `[[limit]]` on the load of sections: stress, torque or twist."""
+    told = dict.fromkeys(
+        (read_as(row.quantity, row.unit)[0], limit_verdict(row))
+        for row in verdicts_of(result)
+        if row.quantity.startswith(TORSION) and row.quantity.endswith("_half_range")
+        if not row.element
+    )
+    yield from (f"the limit on the {name} is {verdict}" for name, verdict in told)
 
 
 def _of_majors(result: Result) -> Iterator[str]:
@@ -522,6 +533,8 @@ def barred(result: Result) -> list[str]:
     record = result.record
     if f"{TORSION}limit/largest_utilisation" not in record:
         there = having(record, TORSION + "critical/speed", "mode", "order") is not None
-        return paragraph("No limit over the speed range: none is barred.") if there else []
+        none = "no speed range is barred: no limit of the case bars one"
+        words = "; ".join([*_of_own_limits(result), none])
+        return paragraph(f"{words[0].upper()}{words[1:]}.") if there else []
     words = "; ".join(all_ranges_in_words(result)) or "no range is barred"
     return stacked(paragraph(f"{words[0].upper()}{words[1:]}."), exceeded_table(record))

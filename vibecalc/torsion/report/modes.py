@@ -111,6 +111,8 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
     line = line_of(result)
     if known[chosen[0]].endswith("-node") and line and any(one.stiffness for one in line.dampers):
         words += " Nodes in damper springs are counted."
+    if _differs(record):
+        words += " Frequencies: damped."
     if more := int(np.count_nonzero(natural.values)) - len(chosen):
         words += f" {many(more, 'higher mode')} not listed."
     return [*table(columns, rows), *paragraph(words)]
@@ -258,10 +260,11 @@ def node_table(result: Result) -> list[str]:
     listed = "; ".join(
         f"{known[i]}: {joined(found) or 'none'}" for i, found in zip(modes, nodes, strict=True)
     )
-    rings = " Damper rings are not counted." if line.dampers else ""
+    sprung = any(one.stiffness for one in line.dampers)
+    rings = " The names of the modes count those in damper springs, too." if sprung else ""
     lines = shapes(
         result, modes, "Mode shapes: actual angles of the stations (not referred).", titles,
-        [["nodes", *(str(len(found)) for found in nodes)]],
+        [["nodes in shafts", *(str(len(found)) for found in nodes)]],
     )  # fmt: skip
     return [*lines, *paragraph(f"Nodes lie in: {listed}.{rings}")]
 

@@ -434,6 +434,8 @@ def _intensities(result: Result) -> list[str]:
 DESIGN = "damper_design/"
 #: objective -> unit that people read
 OBJECTIVES = {"torque": "N*m", "twist": "mrad", "stress": "N/mm^2"}
+#: what a damper without springs has not
+_OF_SPRINGS = ("stiffness", "natural_frequency", "damping_ratio")
 _KINDS = {0: "section", 1: "heat", 2: "travel"}
 _CERTIFIED = (
     "Local optimum: the weighted gradients of these peaks cancel (residual {}), so no small change "
@@ -470,6 +472,7 @@ def _compared(result: Result) -> list[str]:
     """The optimal damper and the one to compare it with."""
     record, name = result.record, objective_of(result)
     given = table_of(result.case, "damper_design", "compare")
+    stiff = scalar_of(record, f"{DESIGN}table/stiffness") or given.get("stiffness")
     rows = []
     for title, key, unit in (
         ("ring inertia", "inertia", "kg*m^2"),
@@ -492,13 +495,16 @@ def _compared(result: Result) -> list[str]:
         scale = convert(1.0, known.unit, unit) if unit else 1.0
         other = scalar_of(record, f"{DESIGN}table/{key}")
         other = given.get(key) if other is None else other
+        if key in _OF_SPRINGS and not (scalar_of(record, f"{DESIGN}stiffness") or stiff):
+            continue
         compared = "" if other is None else show(scale * other)
         rows.append([title, cell(quantity, (), scale), compared, unit])
     columns = (Column("quantity"), number("optimum"), number("compared"), Column("unit"))
     held, speed = _held(record), having(record, DESIGN + "active/speed", "active")
     if held is not None and speed is not None:
         both = zip(held.values, speed.values, strict=True)
-        words = f"Decisive at the optimum: {joined(f'{of} at {turns(w)} rpm' for of, w in both)}."
+        peaks = dict.fromkeys(f"{of} at {turns(w)} rpm" for of, w in both)
+        words = f"Decisive at the optimum: {joined(peaks)}."
     else:
         place = scalar_of(record, DESIGN + "worst_section")
         section = "-" if place is None else _section_name(record, place)
