@@ -217,7 +217,7 @@ class Moved(NamedTuple):
 
 
 class OnMounts:
-    """A body on mounts on rigid ground, on a second body on springs, or on tables over frequency.
+    """A body on mounts on rigid ground, a mass or a body on springs, or tables over frequency.
 
     Twelve coordinates: those of the body and of what the mounts stand on, each about its own
     reference point. `free` are those that move.
@@ -240,6 +240,12 @@ class OnMounts:
         if self.springs is not None:
             self.mass[6:, 6:] = Solid(given["body"]).matrix
             self.free = np.arange(12)
+        #: where a mass on a spring moves, which does so up and down only
+        self.floor = 6 + int(np.argmax(self.up))
+        self.below_floor = given if "mass" in given else None
+        if self.below_floor is not None:
+            self.mass[self.floor, self.floor] = given["mass"]
+            self.free = np.append(self.free, self.floor)
         plate = ["x", "y", "z", "rx", "ry", "rz"]
         self.plate = {
             6 + plate.index(one["direction"]): one
@@ -274,9 +280,16 @@ class OnMounts:
         stiff = summed(self.stretch, series)
         if self.springs is not None:
             stiff[:, 6:, 6:] += self.springs.whole(self.springs.passing(rate))
+        stiff[:, self.floor, self.floor] += self._under_floor(rate)
         for place, one in self.plate.items():
             stiff[:, place, place] += _table_at(one, rate)
         return stiff, series, soft
+
+    def _under_floor(self, rate: np.ndarray) -> np.ndarray:
+        """Dynamic stiffness (m,) of the spring below a mass."""
+        given = self.below_floor or {"stiffness": 0.0}
+        loss = 1.0 + 1j * given.get("loss_factor", 0.0)
+        return np.asarray(given["stiffness"] * loss + 1j * rate * given.get("damping", 0.0))
 
     def moved(self, rate: np.ndarray, load: np.ndarray) -> Moved:
         """Under loads (m, 6) on the body at frequencies (m,) in rad/s."""
@@ -301,6 +314,8 @@ class OnMounts:
         deflection = (self.mounts.arms @ column[..., :6, :])[..., 0] - foot
         if self.springs is None:
             ground = (self.mounts.arms.mT @ force[..., None])[..., 0].sum(axis=1)
+            if self.below_floor is not None:
+                ground[:, self.floor - 6] = self._under_floor(rate) * motion[:, self.floor]
         else:
             held = self.springs.whole(self.springs.passing(rate))
             ground = (held @ motion[:, 6:, None])[..., 0] @ self.rigid[6:]
@@ -336,6 +351,8 @@ class OnMounts:
         damping = summed(self.stretch, self.mounts.damping)
         if self.springs is not None:
             damping[6:, 6:] += self.springs.whole(self.springs.damping)
+        if self.below_floor is not None:
+            damping[self.floor, self.floor] += self.below_floor.get("damping", 0.0)
         damping = damping[few]
         return self.mass[few], stiff.real, stiff.imag - rate * damping, damping
 

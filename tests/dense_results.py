@@ -51,8 +51,6 @@ class Dense:
         self.rigid = OnMounts(case, rigid_ground=True)
         kind = case.get("foundation", {}).get("kind", "")
         self.foundation = kind
-        if kind == "mass":
-            self.mounted = self.rigid
         self.moved = self.motion(self.train)
         #: forces and couples (6,) below which they are what rounding leaves of larger ones
         self.nothing = np.repeat(1e-9 * self.speed**2 * self.train.terms, 3)

@@ -73,7 +73,7 @@ def response_results(dense: Dense) -> Iterator[Expected]:
 
 
 def _of_run_up(dense: Dense) -> OnMounts:
-    return dense.mounted if dense.foundation == "body" else dense.rigid
+    return dense.mounted if dense.foundation in ("body", "mass") else dense.rigid
 
 
 def _at(dense: Dense, speeds: np.ndarray) -> Moved:

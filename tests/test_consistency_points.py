@@ -247,10 +247,18 @@ def test_what_the_points_do_not_follow_is_said() -> None:
     up = {"from": "1000 rpm", "to": "1900 rpm"}
     assert foundation_cautions(validate(on_foundation(4e5, isolation__run_up=up))) == []
     mass = changed(foundation={"mass": 90.0, "stiffness": 1e6}, isolation__run_up=up)
+    assert foundation_cautions(validate(mass)) == points_cautions(validate(mass)) == []
+    mass["isolation"] |= {"model": "pitch", "lever": 0.5}
     (said,) = foundation_cautions(validate(mass))
-    assert "the run-up is that of the machine on a rigid foundation" in said
-    (said,) = points_cautions(validate(changed(foundation={"mass": 90.0, "stiffness": 1e6})))
+    assert "model = 'pitch' is computed on rigid ground" in said
+    (said,) = points_cautions(validate(mass))
     assert "on a rigid foundation: a [foundation] of one mass" in said
+    rows = {"frequency": [1.0], "real": [1e7], "imaginary": [0.0]}
+    tables = [{"direction": "z", "dynamic_stiffness": rows}]
+    feet = changed(foundation={"flexibilities": tables}, isolation__run_up=up)
+    feet["foundation"] |= {"kind": "impedance"}
+    (said,) = foundation_cautions(validate(feet))
+    assert "the run-up is that of the machine on a rigid foundation" in said
     blades = {"name": "blades", "frequency": 80.0, "velocity": [0.0, 0.0, 1e-3]}
     (said,) = points_cautions(validate(changed(base_motion={"harmonics": [blades]})))
     assert "is in base_motion/" in said

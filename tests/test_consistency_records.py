@@ -100,6 +100,18 @@ def test_pulses_rise_through_the_threshold_and_noise_makes_none() -> None:
     )
 
 
+def test_the_edge_of_a_square_wave_lies_halfway_between_its_samples() -> None:
+    """24.7 turns per second at 2 kHz: the threshold moves no phase, +- covers what is left."""
+    times = np.arange(0.0, 6.0, 5e-4)
+    turned = TURN * 24.7 * times
+    square = 5.0 * (np.mod(turned, TURN) < 0.3)
+    low, high = (shaft_of_pulses(pulses_of(times, square, at, 1.0), 1) for at in (1.5, 4.5))
+    assert np.array_equal(low.times, high.times)
+    # the record begins on an edge, which is not seen: the first pulse is a turn later
+    lag = TURN * 24.7 * low.times - (low.angles + TURN)
+    assert abs(np.mean(lag)) < low.zero < np.radians(0.15)
+
+
 def test_the_uncertainty_is_the_scatter_of_means() -> None:
     rng = np.random.default_rng(6)
     noise = 0.3 * rng.standard_normal((8, 4000)) + 0.1j * rng.standard_normal((8, 4000))

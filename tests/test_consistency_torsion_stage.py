@@ -108,3 +108,45 @@ def test_a_cylinder_that_misfires_has_no_gas_or_that_of_a_driven_one() -> None:
     whole, two = (np.abs(value(t, "excitation/vector_sum"))[0, 0] for t in (healthy, silent))
     assert whole < 1e-12 and two < 1e-12  # of equal cylinders; the torques tell
     assert np.abs(value(silent, "excitation/intensity")[0, 0]) > 10.0
+
+
+def test_pendulums_show_their_own_swing_and_say_where_it_is_not_small() -> None:
+    """Lagrange's equations of two rotors and pendulums on arms, small swings s, dense.
+
+    A mass at R + r from the axis turns about it by theta + s r / (R + r), where damping acts.
+    """
+    speed, order, arm, mass, count, damping, torque = 100.0, 2.0, 0.08, 0.5, 3, 0.05, 400.0
+    pendulums = {
+        "name": "hung", "on": "b", "kind": "pendulum", "order": 1.9, "mass": mass, "count": count,
+        "arm_radius": arm, "damping": damping,
+    }  # fmt: skip
+    line = {
+        "stations": [{"name": "a", "inertia": 0.3}, {"name": "b", "inertia": 0.8}],
+        "shafts": [{"name": "ab", "stiffness": 5e4, "loss_factor": 0.01}],
+        "dampers": [pendulums],
+        "excitations": [{"name": "push", "on": "a", "orders": [2], "torques": [torque]}],
+        "balanced_by": "b",
+    }
+    case = {
+        "schema": 1, "title": "pendulums on a shaft line",
+        "machine": {"kind": "drive_train", "speed": speed, "shaft_line": line},
+        "response": {"torsion": {}},
+    }  # fmt: skip
+    made = run_case(validate(case))
+    short = arm / 1.9**2
+    hung, whole = count * mass, arm + short
+    inertia = np.array(
+        [[0.3, 0.0, 0.0],
+         [0.0, 0.8 + hung * whole**2, hung * whole * short],
+         [0.0, hung * whole * short, hung * short**2]]
+    )  # fmt: skip
+    stiff = np.zeros((3, 3), dtype=complex)
+    stiff[:2, :2] = 5e4 * (1.0 + 0.01j) * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    w = order * speed
+    stiff[2, 2] = hung * arm * short * speed**2 + 1j * w * damping * (short / whole) ** 2
+    swing = abs(np.linalg.solve(stiff - w**2 * inertia, [torque, 0.0, 0.0])[2])
+    assert swing > 0.2
+    found = made[f"{ROOT}/damper/travel"].values
+    assert found == pytest.approx([swing], rel=1e-9)
+    (said,) = [one for one in made.warnings if "pendulums swing by" in one]
+    assert f"{np.degrees(swing):.4g} degrees" in said

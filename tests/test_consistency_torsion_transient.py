@@ -184,3 +184,64 @@ def test_the_method_of_the_steady_response_is_none_of_the_motion_in_time() -> No
     for name in ("peak", "peak_time", "history/torque"):
         path = f"response/torsion/transient/{name}"
         assert by_modes[path].values == pytest.approx(other[path].values, rel=1e-9)
+
+
+def test_teeth_that_part_in_a_short_circuit_are_said() -> None:
+    """A geared generator: three rotors on the shaft of the turbine, marched by Runge and Kutta."""
+    from scipy.integrate import solve_ivp
+
+    case = {
+        "schema": 1, "title": "geared short circuit",
+        "machine": {
+            "kind": "drive_train", "speed": "1500 rpm",
+            "shaft_line": {
+                "speed_of": "generator", "balanced_by": "turbine",
+                "stations": [
+                    {"name": name, "inertia": inertia} for name, inertia in
+                    (("turbine", 1.4), ("pinion", 0.35), ("wheel", 22.0), ("generator", 95.0))
+                ],
+                "shafts": [
+                    {"name": "quill", "between": ["turbine", "pinion"], "stiffness": 95e3,
+                     "damping": 4.0, "diameter": 0.055},
+                    {"name": "coupling", "between": ["wheel", "generator"], "stiffness": 3.6e6,
+                     "damping": 900.0, "diameter": 0.14},
+                ],
+                "gears": [{"name": "gear", "between": ["pinion", "wheel"], "ratio": 0.15,
+                           "reverses": True}],
+                "absorbed_torques": [{"on": "generator", "torque": 9e3, "exponent": 0}],
+                "excitations": [{"name": "none", "on": "generator", "orders": [1],
+                                 "torques": [0.0]}],
+            },
+        },
+        "response": {"torsion": {"transient": {
+            "kind": "short_circuit", "on": "generator", "time_after": 0.3,
+            "terms": [{"amplitude": 62e3, "frequency": "50 Hz", "time_constant": 0.12},
+                      {"amplitude": -31e3, "frequency": "100 Hz", "time_constant": 0.12}],
+        }}},
+    }  # fmt: skip
+    record = run_case(validate(case))
+    ratio, decay = 0.15, 0.12
+    mass = np.array([1.4, 0.35 + 22.0 * ratio**2, 95.0])
+    rows = np.array([[1.0, -1.0, 0.0], [0.0, ratio, -1.0]])
+    stiff, damped = np.array([95e3, 3.6e6]), np.array([4.0, 900.0])
+
+    def torques(state: np.ndarray) -> np.ndarray:
+        return stiff * (rows @ state[:3]) + damped * (rows @ state[3:])
+
+    def rates(time: float, state: np.ndarray) -> np.ndarray:
+        gap = 62e3 * np.sin(100.0 * np.pi * time) - 31e3 * np.sin(200.0 * np.pi * time)
+        load = np.array([0.0, 0.0, -gap * np.exp(-time / decay)])
+        return np.concatenate([state[3:], (load - rows.T @ torques(state)) / mass])
+
+    found = solve_ivp(rates, (0.0, 0.3), np.zeros(6), rtol=1e-10, atol=1e-13, max_step=2e-4,
+                      t_eval=np.linspace(0.0, 0.3, 30001))  # fmt: skip
+    shafts = np.array([torques(one) for one in found.y.T])
+    # what the turbine sends through the quill speeds up the pinion, the rest is that of the teeth
+    faster = (shafts[:, 0] - ratio * shafts[:, 1]) / mass[1]
+    teeth = 9e3 * ratio + shafts[:, 0] - 0.35 * faster
+    path = "response/torsion/transient/gear_minimum_torque"
+    assert teeth.min() < -1e3
+    stated = float(record[path].error_estimate)
+    assert abs(float(record[path].values[0]) - teeth.min()) < stated < 5e-4 * abs(teeth.min())
+    (said,) = [one for one in record.warnings if "the torque of its teeth reverses" in one]
+    assert f"down to {teeth.min():.4g} N*m" in said

@@ -9,6 +9,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.foundation.systems import (
     Curve,
     FlexibleFoundation,
+    on_guided_mass,
     on_second_body,
     on_second_mass,
 )
@@ -16,7 +17,7 @@ from vibecalc.foundation.tables import CURVES, Flexibility, Foundation
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody, build_body, moment_problems
-from vibecalc.parts.mount_needs import foundation_kind
+from vibecalc.parts.mount_needs import foundation_kind, moves_with_machine
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
 from vibecalc.schema import Case
 
@@ -31,6 +32,17 @@ def on_mass(scene: Scene) -> tuple[OnMounts, OnMounts]:
     assert given.mass is not None and given.stiffness is not None
     spring = given.stiffness, given.damping, given.loss_factor * given.stiffness
     return on_second_mass(body, mounts, DIRECTIONS.index(options.up), given.mass, spring)
+
+
+def on_floor(scene: Scene, freedoms: np.ndarray) -> OnMounts:
+    """The machine in its motions on a foundation of one mass, which moves up and down only."""
+    case, body, mounts = scene.case, scene.parts.body, scene.parts.mounts
+    given, options = case.foundation, case.isolation
+    assert given is not None and options is not None and body is not None and mounts is not None
+    assert given.mass is not None and given.stiffness is not None
+    spring = given.stiffness, given.damping, given.loss_factor * given.stiffness
+    up = DIRECTIONS.index(options.up)
+    return on_guided_mass(body, mounts, freedoms, up, given.mass, spring)
 
 
 def on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> OnMounts:
@@ -98,13 +110,19 @@ def coupled_problems(case: Case) -> Iterator[Problem]:
 
 def foundation_cautions(case: Case) -> list[str]:
     """What is not computed on the foundation."""
+    kind = foundation_kind(case)
     run_up = case.isolation is not None and case.isolation.run_up is not None
-    if not run_up or foundation_kind(case) in ("", "body"):
-        return []
-    return [
-        "the run-up is that of the machine on a rigid foundation: a [foundation] of one mass or of "
-        "tables counts at the operating speed only; one with a body counts in both"
-    ]
+    texts = {
+        "the run-up is that of the machine on a rigid foundation: a [foundation] of tables counts "
+        "at the operating speed only; one mass or a body counts in both": (
+            run_up and kind == "impedance"
+        ),
+        "[isolation] model = 'pitch' is computed on rigid ground: a [foundation] of one mass moves "
+        "up and down only, which pitching does not excite": (
+            kind == "mass" and not moves_with_machine(case)
+        ),
+    }
+    return [text for text, holds in texts.items() if holds]
 
 
 def _springs(springs: parts.Mounts) -> Iterator[Problem]:

@@ -11,7 +11,12 @@ from vibecalc.isolation.stage import (
 )
 from vibecalc.kinematics.stage import orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
-from vibecalc.parts.mount_needs import foundation_kind, why_alone
+from vibecalc.parts.mount_needs import (
+    foundation_kind,
+    moves_with_machine,
+    run_up_on_foundation,
+    why_alone,
+)
 from vibecalc.response.stage import loads_on
 
 if TYPE_CHECKING:
@@ -26,13 +31,18 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
     """Planned where the case has [foundation]; the checks have seen to the rest."""
     if case.foundation is None:
         return
-    if foundation_kind(case) != "mass":
+    if foundation_kind(case) == "mass":
+        yield _of_two_masses(case)
+    if moves_with_machine(case):
         yield _of_all_freedoms(case)
-        if foundation_kind(case) == "body":
+        if run_up_on_foundation(case):
             yield from run_up_stage(case)
         yield from efficiency_stage(case)
-        return
-    yield Stage(
+
+
+def _of_two_masses(case: "Case") -> Stage:
+    """Machine and foundation as two masses that move up and down."""
+    return Stage(
         name="foundation",
         adapter="vibecalc.foundation.adapter:run_foundation",
         why="[foundation] is in the case",
@@ -53,10 +63,25 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
 
 
 def _of_all_freedoms(case: "Case") -> Stage:
-    """Machine and foundation in six degrees of freedom each, or on a foundation of tables."""
-    body, options, given = foundation_kind(case) == "body", case.isolation, case.foundation
+    """The machine in all its motions on a mass, a second body, or a foundation of tables."""
+    kind, options, given = foundation_kind(case), case.isolation, case.foundation
     assert given is not None and options is not None
-    loads = loads_on(case, "isolation")
+    loads, last = loads_on(case, "isolation"), not (case.point or options.efficiency)
+    if kind == "mass":
+        return Stage(
+            name="machine on foundation",
+            adapter="vibecalc.foundation.adapter:run_machine",
+            why="[foundation] has a mass",
+            parts=loads.parts,
+            orders="those that act on the body",
+            cost="a solve of 7 x 7 per order",
+            quantities=of_operating_speed(case),
+            is_last=last and not options.run_up,
+            harmonics=loads.harmonics,
+            work=lambda case, orders: ((2 * orders, "coupled_solve"),),
+            topics=("vibecalc.foundation.accuracy:coupled_topics",),
+        )
+    body = kind == "body"
     without: tuple[str, ...] = () if body else ("/modes/",)
     if not body and all(one.at != "whole" for one in given.flexibilities or ()):
         without += ("/body/",)
@@ -68,7 +93,7 @@ def _of_all_freedoms(case: "Case") -> Stage:
         orders="those that act on the body",
         cost=f"a solve of {'12 x 12' if body else 'the tables'} per order and frequency",
         quantities=below("foundation/coupled/", without=without) + of_operating_speed(case),
-        is_last=not (case.point or options.efficiency or (body and options.run_up)),
+        is_last=last and not (body and options.run_up),
         harmonics=loads.harmonics,
         work=lambda case, orders: ((2 * orders + 6 * _CURVE, "coupled_solve"),),
         topics=("vibecalc.foundation.accuracy:coupled_topics",),

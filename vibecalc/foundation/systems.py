@@ -59,6 +59,38 @@ def on_second_mass(
     return moving(2), moving(1)
 
 
+def on_guided_mass(
+    body: RigidBody,
+    mounts: Mounts,
+    freedoms: np.ndarray,
+    up: int,
+    below: float,
+    spring: tuple[float, ...],
+) -> OnMounts:
+    """A machine in its `freedoms` on its mounts, on a mass that moves along the axis `up` only.
+
+    The mass in kg and its spring as in `on_second_mass`. Its guides bear what the mounts do to it
+    in other directions. What is constant deflects the mounts as it does those on rigid ground.
+    """
+    floor = 6 + up
+    mass = _masses(12, body)
+    mass.value[floor, floor] = below
+    mass.error[floor, floor] = DATA_ROUNDINGS * UNIT_ROUNDOFF * below
+    kept, carried = np.append(freedoms, floor), _carried(np.zeros(3))
+    ground = added_up(mass, np.eye(12)[floor][None, None], *(np.full((1, 1, 1), s) for s in spring))
+    stretch = _stretch(mounts, np.zeros(3))
+    return assembled(
+        mounts,
+        kept,
+        ground.with_springs(on_springs(mass, stretch, mounts)).reduced(kept),
+        np.eye(6, 12)[:, kept],
+        stretch[..., kept],
+        resting_on(body, mounts, freedoms),
+        carried[np.ix_(kept, freedoms)],
+        below=ground.reduced(kept),
+    )
+
+
 def on_second_body(
     body: RigidBody, mounts: Mounts, second: RigidBody, position: FloatArray, springs: Mounts
 ) -> OnMounts:

@@ -28,6 +28,7 @@ from vibecalc.parts.mount_needs import (
     has_stops,
     loads_count,
     moves_with_machine,
+    run_up_on_foundation,
     why_alone,
 )
 from vibecalc.response.stage import entries_of_loads, loads_on
@@ -79,7 +80,9 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     if pitch:
         quantities += STEADY_AT_SUPPORTS
     elif not moves_with_machine(case):
-        quantities += (*of_operating_speed(case), *(NEAREST * torque))
+        quantities += of_operating_speed(case)
+    if not pitch and foundation_kind(case) in ("", "mass"):
+        quantities += NEAREST * torque
     yield Stage(
         name="isolation",
         adapter="vibecalc.isolation.adapters.body:run_isolation",
@@ -100,7 +103,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         ),
         **_of_loads(case),
     )
-    if foundation_kind(case) != "body":
+    if not run_up_on_foundation(case):
         yield from run_up_stage(case)
     if not moves_with_machine(case):
         yield from efficiency_stage(case)
@@ -131,7 +134,7 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
         work=lambda case, orders: ((orders * _RUN_UP, f"{'pitch' if pitch else 'body'}_solve"),),
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
         leading=None
-        if torque or foundation_kind(case) == "body"
+        if torque or run_up_on_foundation(case)
         else Leading(
             keys=MOUNT_KEYS,
             only=(*PEAKS[0], *PEAKS[1] * pitch),

@@ -41,6 +41,8 @@ _JUMP = 0.7
 def pulses_of(times: FloatArray, signal: FloatArray, threshold: float, hysteresis: float) -> Pulses:
     """Where a signal (n,) rises through a threshold, on the straight line between two samples.
 
+    The edge of a square wave may be anywhere between them: it is taken halfway, wherever the
+    threshold lies.
     It counts again after it has been at or below the threshold less the hysteresis, so that noise
     on an edge makes no second pulse.
     """
@@ -55,7 +57,10 @@ def pulses_of(times: FloatArray, signal: FloatArray, threshold: float, hysteresi
     before, after = times[rises - 1], times[rises]
     found = before + (threshold - low) / (high - low) * (after - before)
     jumps = high - low > _JUMP * np.ptp(signal)
-    return Pulses(found, before, after, bool(np.mean(jumps) > 0.5) if rises.size else False)
+    square = bool(np.mean(jumps) > 0.5) if rises.size else False
+    if square:
+        found = np.where(jumps, 0.5 * (before + after), found)
+    return Pulses(found, before, after, square)
 
 
 class Shaft(NamedTuple):

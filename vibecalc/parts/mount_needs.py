@@ -51,5 +51,16 @@ def foundation_kind(case: "Case") -> str:
 
 
 def moves_with_machine(case: "Case") -> bool:
-    """Whether machine and foundation are solved together, in all motions of the machine."""
-    return foundation_kind(case) in ("body", "impedance")
+    """Whether machine and foundation are solved together, in all motions of the machine.
+
+    A machine that only pitches does not move a mass that goes up and down.
+    """
+    kind, options = foundation_kind(case), case.isolation
+    if kind == "mass":
+        return options is not None and options.model != "pitch"
+    return kind != ""
+
+
+def run_up_on_foundation(case: "Case") -> bool:
+    """Whether a run-up is that of machine and foundation; tables count at the speed only."""
+    return moves_with_machine(case) and foundation_kind(case) != "impedance"

@@ -172,7 +172,8 @@ def points(result: Result) -> Section | None:
     up_lines, _ = rows_of(record, _IN_RUN_UP)
     if not table_lines and not up_lines:
         return None
-    moves = table_of(result.case, "foundation").get("kind") in ("body", "impedance")
+    pitches = table_of(result.case, "isolation").get("model") == "pitch"
+    moves = bool(table_of(result.case, "foundation")) and not pitches
     on_what = ", including the motion of the foundation" if moves else ""
     words = paragraph(
         f"Displacement s, velocity v and acceleration a along a sensor{on_what}; peak of all "

@@ -215,7 +215,8 @@ class AttachedDamper:
     """A damper: the freedom that carries it, that of its ring, its element; SI values as given.
 
     `inertia`, `stiffness` and `damping` are actual ones; those of pendulums are the ring and the
-    spring at one rad/s of the station that they are equal to.
+    spring at one rad/s of the station that they are equal to, to which the damping belongs, and
+    they swing by `swing_per_twist` times the angle between station and ring, (R + r) / r.
     """
 
     name: str
@@ -227,6 +228,7 @@ class AttachedDamper:
     inertia: float
     stiffness: float
     damping: float
+    swing_per_twist: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -411,6 +413,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
                 # pendulums have no other spring
                 stiffness=one.stiffness + one.speed_stiffness,
                 damping=one.damping,
+                swing_per_twist=1.0 if given.order is None else 1.0 + given.order**2,
             )
             for number, (one, given) in enumerate(zip(rings, parts.dampers, strict=True))
         ),

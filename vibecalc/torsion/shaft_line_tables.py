@@ -68,7 +68,11 @@ class LineDamper(Table):
     kind: DamperKind = key("viscous damper, ring on springs, or pendulums")
     inertia: Inertia | None = key("of the ring, about the axis of its station", None, gt=0)
     stiffness: AngularStiffness | None = key("of the springs between station and ring", None, ge=0)
-    damping: AngularDamping = key("viscous, between station and ring or pendulums", 0.0, ge=0)
+    damping: AngularDamping = key(
+        "viscous, between station and ring, or all pendulum masses about the axis",
+        0.0,
+        ge=0,
+    )
     loss_factor: Number = key("of the springs, k (1 + i loss_factor)", 0.0, ge=0, le=10)
     order: Number | None = key(
         "tuned order of pendulums, per turn of the station", None, gt=0, le=400

@@ -303,6 +303,7 @@ def _studies(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[St
         lacking = _without(
             (change.kind == "clutch_in", "/clutch/"),
             (change.kind != "clutch_in", "steady_before"),
+            (line.gears, "gear_minimum_torque"),
             (stressed, "peak_stress counted/largest_stress_range"),
             (has_loss(case) and torsion.damping_model is None, "/equivalent/"),
             (change.counting, "/counted/"),

@@ -21,11 +21,10 @@ from vibecalc.absorber.results import PENDULUM_ROOT
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
+from vibecalc.parts.pendulums import SMALL_SWING
 
 #: orders of the response curve, over the wanted one
 _RATIOS = (0.8, 1.2, 401)
-#: rad, of a swing for which equations for small ones will do
-_SMALL = 0.2
 
 
 def run_absorber_pendulum(scene: Scene) -> None:
@@ -104,7 +103,7 @@ def _emit_small(scene: Scene, parts: PendulumParts, nearby: Secondary, torque: f
         1e-12 * np.where(np.isfinite(alone), np.abs(alone), 0.0), axes,
     )  # fmt: skip
     reach = float(np.abs(motion.swing))
-    if reach > _SMALL:
+    if reach > SMALL_SWING:
         scene.warn(
             f"swings of {np.degrees(reach):.4g} degrees under this torque, by equations for small "
             "ones"

@@ -19,7 +19,7 @@ from vibecalc.isolation.results import (
 from vibecalc.isolation.torque_reaction import nearest_driven
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.parts.body import COORDINATES, RigidBody, dofs_of_model
-from vibecalc.parts.mount_needs import moves_with_machine
+from vibecalc.parts.mount_needs import foundation_kind, moves_with_machine
 from vibecalc.response.adapters.loads import BodyLoads, body_loads, steady_motion
 
 #: an order that drives a mode is worth a word within this share of its natural frequency
@@ -58,8 +58,9 @@ def run_isolation(scene: Scene) -> None:
             from vibecalc.isolation.adapters.pitch import emit_pitch
 
             emit_pitch(scene, system, loads, moved)
-        if loads.torque is not None and scene.wants(*NEAREST):
-            _emit_nearest(scene, system, loads)
+    on_ground = foundation_kind(scene.case) in ("", "mass")  # whose modes are those of the machine
+    if model != "pitch" and on_ground and loads.torque is not None and scene.wants(*NEAREST):
+        _emit_nearest(scene, system, loads)
 
 
 def _moved(scene: Scene, system: OnMounts, loads: BodyLoads, load: Bounded) -> Moved:

@@ -20,7 +20,7 @@ from vibecalc.isolation.results import (
 )
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, Summed, maximum
-from vibecalc.parts.body import COORDINATES, DIRECTIONS
+from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.adapters.loads import BodyLoads
@@ -46,7 +46,8 @@ def moved_by(system: OnMounts, motion: Bounded, frequency: np.ndarray) -> Moved:
     """What a motion (..., m, f) of a system at frequencies (..., m) is for the machine on it."""
     deflection, reference = system.at_mounts(motion), system.moved(motion)
     at_mounts = deflection
-    if motion.shape[-1] > len(COORDINATES):  # what the mounts stand on moves too, in the others
+    if motion.shape[-1] > system.resting.reach.shape[-1]:
+        # what the mounts stand on moves too, in the other coordinates
         at_mounts = displacement(displacement_at(system.mounts.position), reference)
     force = system.force(deflection, frequency)
     return Moved(reference, at_mounts, deflection, force, system.directions, system.alike())

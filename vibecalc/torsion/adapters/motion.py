@@ -576,6 +576,12 @@ def readings_of(setup: Setup) -> dict[str, Reading]:
         for name, signal, kind, axis in every
         if len(of[axis][0])
     }
+    swing = np.array([one.swing_per_twist for one in shaft.dampers])
+    if np.any(swing != 1.0):
+        # of a pendulum its own angle to its arm
+        found["travel"] = found["travel"]._replace(
+            scale=lambda speed: np.broadcast_to(swing, (len(speed), len(swing))), roundings=4.0
+        )
     if len(stressed):
         names, per = tuple(shaft.section_names[e] for e in stressed), 1.0 / modulus[stressed]
         found["stress_half_range"] = Reading(

@@ -7,6 +7,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, bounded, rounded, square
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
+from vibecalc.parts.pendulums import SMALL_SWING
 from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separation
 from vibecalc.torsion.adapters.excitation import emit_excitation
 from vibecalc.torsion.adapters.modes import ModeCopies, emit_modes
@@ -109,6 +110,13 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     _power_balance(scene, setup)
     found = {name: reading.of(motion)[0] for name, reading in known.items()}
     emit_readings(scene, ROOT, setup, found, {}, AT_SPEED)
+    for place in np.flatnonzero([one.kind == "pendulum" for one in shaft.dampers]):
+        if (swing := float(found["travel"].value[place])) > SMALL_SWING:
+            scene.warn(
+                f"damper {shaft.dampers[place].name!r}: its pendulums swing by "
+                f"{np.degrees(swing):.4g} degrees, by equations for small swings (up to "
+                f"{np.degrees(SMALL_SWING):.3g} degrees)"
+            )
     if shaft.gears:
         least, alternating = found["gear_minimum_torque"], found["gear_torque"]
         hammers = (least.value < -least.error).astype(np.int64)

@@ -1,6 +1,7 @@
 """A change in time of a shaft line, next to the steady vibration on the way."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,13 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, maximum, where
 from vibecalc.numerics.rounding import EPSILON, FloatArray, distinct
 from vibecalc.numerics.synthesis import Cycles, over_cycle
-from vibecalc.torsion.adapters.motion import TORQUE, readings_of
+from vibecalc.torsion.adapters.motion import (
+    TORQUE,
+    actual_per_referred,
+    gear_shares,
+    mean_torques,
+    readings_of,
+)
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_motion import Equivalent, Journey, journey, running
@@ -30,6 +37,7 @@ from vibecalc.torsion.transient.counting import (
 from vibecalc.torsion.transient.march import TransientRun, static_state, transient
 from vibecalc.torsion.transient.motion import Stretch, mean_law
 from vibecalc.torsion.transient.trace import (
+    FINER,
     Peaks,
     Samples,
     Trace,
@@ -121,6 +129,7 @@ def run_torsion_transient(scene: Scene) -> None:
         _emit_equivalent(change, path.equivalent)
     peaks = section_peaks(run, change.seen)
     _emit_peaks(change, peaks)
+    _emit_gears(change)
     _emit_envelope(change)
     if passes:
         _emit_passage(change)
@@ -168,6 +177,65 @@ def _emit_peaks(change: Change, peaks: Peaks) -> None:
     if len(stressed):
         stress = own[stressed] / shaft.section_modulus[stressed]
         change.emit("peak_stress", stress, section=tuple(shaft.section_names[e] for e in stressed))
+
+
+#: parts of a run of which the torque of teeth is sampled one by one: memory does not grow with it
+_PARTS = 64
+
+
+def _emit_gears(change: Change) -> None:
+    """The least torque of the teeth in the sense of the mean, and which of them part.
+
+    A rigid gear carries the torques of its shafts less what speeds up the wheels on its lighter
+    side. That is told by the torques of shafts where nothing else acts on these wheels.
+    """
+    setup, shaft = change.setup, change.setup.shaft
+    if not shaft.gears:
+        return
+    of_sections, of_stations = gear_shares(shaft)
+    line, inertia = change.path.line, shaft.station_values[0]
+    acting = {*shaft.freedom[list(setup.drive.station)], *shaft.freedom[shaft.taken_station]}
+    acting |= {int(shaft.freedom[shaft.load_station])}
+    acting |= {*np.flatnonzero(line.absolute_damping), *np.flatnonzero(line.ground_stiffness)}
+    on = setup.torsion.transient and setup.torsion.transient.on
+    if on in shaft.station_names:
+        acting |= {int(shaft.freedom[shaft.station_names.index(on)])}
+    weights = of_sections.copy()
+    for station, gear in zip(*np.nonzero(of_stations), strict=True):
+        freedom = shaft.freedom[station]
+        faster = (line.second == freedom).astype(float) - (line.first == freedom)
+        share = inertia[station] / line.inertia[freedom]
+        weights[:, gear] -= of_stations[station, gear] * share * faster
+    mean = mean_torques(setup, np.array([setup.speed])).gear.value[0]
+    sense = np.where(mean < 0.0, -1.0, 1.0)
+    least, off = np.full(len(mean), np.inf), np.zeros(len(mean))
+    ends = np.linspace(0.0, float(change.run.course.time[-1]), _PARTS + 1)
+    for begin, end in pairwise(ends.tolist()):
+        torque = sense * (samples(change.run, begin, end, FINER).value @ weights)
+        bend = np.abs(np.diff(torque, 2, axis=0)).max(axis=0, initial=0.0) / 8.0
+        lower = torque.min(axis=0)
+        off, least = np.where(lower < least, bend, off), np.minimum(least, lower)
+    size = np.abs(actual_per_referred(shaft))
+    error = (off + change.run.torque_error @ np.abs(weights)) * size
+    known = []
+    for place, gear in enumerate(shaft.gears):
+        wheels = {int(shaft.freedom[one]) for one in np.flatnonzero(of_stations[:, place])}
+        if wheels & acting:
+            change.scene.warn(
+                f"gear {gear.name!r}: whether its teeth part in the transient is not examined, as "
+                "other torques act on its wheels"
+            )
+            continue
+        known.append(place)
+        if least[place] * size[place] < -error[place]:
+            change.scene.warn(
+                f"gear {gear.name!r}: the torque of its teeth reverses in the transient, down to "
+                f"{least[place] * size[place]:.4g} N*m on its first wheel; the teeth part, and the "
+                "transient is computed without backlash"
+            )
+    if known:
+        names = tuple(shaft.gears[one].name for one in known)
+        change.emit("gear_minimum_torque", (least * size)[known], error[known], gear=names)
 
 
 def _emit_equivalent(change: Change, found: Equivalent) -> None:

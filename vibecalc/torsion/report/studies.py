@@ -143,6 +143,11 @@ def _most_loaded(record: Record) -> str:
         both = having(record, TRANSIENT + "steady_before", "section") is not None
         words += "the larger of the steady peaks before and" * both + "the steady one" * (not both)
         words += " after"
+    if stress is not None:
+        highest = int(np.argmax(stress.values))
+        if (other := labels(stress.axes[0])[highest]) != name:
+            words += f". Highest stress: {other!r}, {show(1e-6 * float(stress.values[highest]))}"
+            words += " N/mm^2"
     return words + "."
 
 
@@ -197,7 +202,7 @@ def _sections(record: Record) -> list[str]:
         Cells("steady_after", f"steady after\n{unit}", unit),
         Cells("dynamic_factor", "factor"),
     ]
-    words = "Peaks include the mean"
+    words = "Peaks include the mean; times count from the start of the simulation, with time_before"
     if passage:
         columns += [
             Cells("peak_half_range", f"half range\n{unit}", unit),
