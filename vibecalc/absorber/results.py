@@ -411,7 +411,8 @@ class Jump(Group):
 
     ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/jump"
     torque: Any = lead("", "N*m", "torque at which the swing jumps", about="infinite: at none")
-    swing: Any = lead("", "rad", "largest swing before the jump", exempt=DIFFERENCE)
+    swing: Any = lead("", "rad", "largest swing before the jump", about="infinite: no jump",
+        exempt=DIFFERENCE)  # fmt: skip
 
 
 #: axis name -> (unit, long name)

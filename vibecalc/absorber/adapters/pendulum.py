@@ -137,7 +137,7 @@ def _emit_jump(scene: Scene, parts: PendulumParts) -> None:
     except NumericalFailure as failure:
         scene.warn(str(failure))
         scene.emit(f"{PENDULUM_ROOT}/jump/torque", np.inf)
-        scene.emit(f"{PENDULUM_ROOT}/jump/swing", 0.0)
+        scene.emit(f"{PENDULUM_ROOT}/jump/swing", np.inf)
         return
     square = parts.speed**2
     scene.emit(
