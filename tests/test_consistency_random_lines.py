@@ -72,6 +72,9 @@ def pairs(found: Results, case) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     yield "station_heat", found["station_heat"], held
     if line.dampers:
         travel = np.max(np.abs(ends(order, (line.network @ now.angle)[rings])), axis=0)
+        # a point mass of order n hangs on R / n^2, and swings by 1 + n^2 of the twist
+        for place, one in enumerate(case["machine"]["shaft_line"]["dampers"]):
+            travel[place] *= 1.0 + one["order"] ** 2 if one["kind"] == "pendulum" else 1.0
         yield "damper/heat", found["damper/heat"], sections[rings]
         yield "damper/travel", found["damper/travel"], travel
     if line.gears:

@@ -222,4 +222,4 @@ def test_headlines_are_results_in_units_that_fit() -> None:
         assert one.unit in TABLE and (not one.unit or held.unit in TABLE), path
         assert math.isfinite(convert(1.0, held.unit, one.unit or held.unit)), path
         assert {one.at, one.unless} - {""} <= set(CATALOGUE), path
-        assert one.pick in ("largest", "least", "each", "first", "ends", "elastic"), path
+        assert one.pick in ("largest", "least", "each", "first", "ends", "elastic", "present"), path

@@ -69,7 +69,7 @@ class LineDamper(Table):
     inertia: Inertia | None = key("of the ring, about the axis of its station", None, gt=0)
     stiffness: AngularStiffness | None = key("of the springs between station and ring", None, ge=0)
     damping: AngularDamping = key(
-        "viscous, between station and ring, or all pendulum masses about the axis",
+        "viscous, between station and ring, or pendulums about the axis",
         0.0,
         ge=0,
     )
