@@ -68,7 +68,7 @@ def test_a_file_gives_the_case_and_the_hash_of_the_same_table_written_out(tmp_pa
         'gas_pressure = { crank_angle = ["0 deg", "90 deg", "360 deg"], pressure = '
         '["2 bar", "0.5 bar", "2 bar"] }\n',
         'gas_pressure = "table.csv"\n',
-        "# from a gauge\ncrank_angle [deg], pressure [bar]\n0, 2\n90, 0.5\n360, 2\n",
+        "# from a gauge\nCrank angle [deg], Pressure [bar]\n0, 2\n90, 0.5\n360, 2\n",
     )
     table = '[[reference_table]]\nquantity = "kinematics/acceleration_harmonics"\naxis = "order"\n'
     same_case(

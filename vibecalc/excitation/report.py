@@ -83,7 +83,7 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
     order_axis, cylinder_axis = entries_of[0].axes
     totals = [having(record, f"{prefix}total_{name}", "order") for name in _ENTRIES]
     shown = {one.path for one in (*entries_of, *totals) if one is not None}
-    lines = [f"  {title}"]
+    lines = paragraph(f"{title}:")
     for row, order in enumerate(order_axis.values):
         columns = [Column(f"order {int(order)}"), number("angle deg"), number("z m")]
         columns += [number(head) for head in _HEADS]
@@ -117,7 +117,7 @@ def _banks(record: Record, prefix: str) -> tuple[list[str], set[str]]:
             cells += [show(float(one.values[row]), one.error_estimate) for one in pair]
             rows.append([str(int(order)), of, *cells])
     title = "Sums over the banks: vectors, each cylinder along its own axis"
-    lines = ["", f"  {title}", "", *table(columns, rows), *paragraph(_WORDS_OF_BANKS)]
+    lines = [*paragraph(f"{title}:"), *table(columns, rows), *paragraph(_WORDS_OF_BANKS)]
     return lines, {*paths}
 
 

@@ -93,7 +93,7 @@ def run_band_tuning(scene: Scene) -> None:
     scene.cite(
         "sequential quadratic programming on the levels of all peaks, then Newton's method",
         "tuning within a band" if banded else "tuning of several absorbers, from a dozen starts",
-        f"docs/theory_absorber_{'band' if banded else 'tuning'}.md",
+        "docs/theory_absorber.md",
     )
 
 

@@ -29,7 +29,7 @@ from vibecalc.core.case.csv_files import (
 )
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.raw import Data, listed, nearest, table_at, tables_at
-from vibecalc.core.case.row_files import LISTS, rows_of
+from vibecalc.core.case.row_files import LISTS, key_of, rows_of
 from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem
 
@@ -152,10 +152,12 @@ def _attach_table(holder: Any, folder: Path, path: KeyPath) -> None:
         holder[path[-1]] = rows_of(columns, path, holder[path[-1]])
     else:
         shapes = _columns_at(path)  # a column that the schema does not know is shown by the schema
-        holder[path[-1]] = {
-            name: values_of(name, column, shapes[name]) if name in shapes else column.cells
-            for name, column in columns.items()
-        }
+        table: dict[str, Any] = {}
+        for name, column in columns.items():
+            key = key_of(name)
+            key = key if key in shapes and key not in {**columns, **table} else name
+            table[key] = values_of(name, column, shapes[key]) if key in shapes else column.cells
+        holder[path[-1]] = table
 
 
 # ----------------------------------------------------------------------------

@@ -110,7 +110,7 @@ def rows_of(columns: Columns, path: KeyPath, file: str) -> Rows:
     placed = [_named(name, column) for name, column in columns.items()]
     seen: dict[KeyPath, str] = {}
     for name, column in placed:
-        key = _key(name)
+        key = key_of(name)
         if key not in known:
             raise Unreadable(
                 f"column {name[:40]!r} is no key of {path[-1]}",
@@ -127,11 +127,11 @@ def rows_of(columns: Columns, path: KeyPath, file: str) -> Rows:
                 line=column.head,
             )
         seen[keys] = name
-    _check_pairs({_key(name): column for name, column in placed}, known)
+    _check_pairs({key_of(name): column for name, column in placed}, known)
     count = max(len(column.cells) for column in columns.values())
     rows: list[dict[str, Any]] = [{} for _ in range(count)]
     for name, column in placed:
-        place_of = known[_key(name)]
+        place_of = known[key_of(name)]
         filled = [place for place, cell in enumerate(column.cells) if cell]
         cells = values_of(name, some_cells(column, filled), place_of.shape)
         for place, cell in zip(filled, cells, strict=True):
@@ -148,7 +148,7 @@ def _named(name: str, column: Column) -> tuple[str, Column]:
     return behind[1].strip(), column._replace(unit="" if unit in NO_UNIT else unit)
 
 
-def _key(name: str) -> str:
+def key_of(name: str) -> str:
     """The key that the name of a column means."""
     return re.sub(r"[\s-]+", "_", name.lower())
 

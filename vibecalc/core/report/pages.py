@@ -57,6 +57,8 @@ LONGEST_PRINTED = 10
 #: A computed number is shown with its digits next to a published one of no more than so many times
 #: its size, even where both are within the error estimate of the quantity as a whole.
 _COMPARABLE = 1e3
+#: a page of the documents as methods name it, and how a report names it
+_PAGE, _NAMED = re.compile(r"docs/(\w+)\.md"), r"vibecalc documents, \1"
 #: digits of ours next to a published number
 _DIGITS = 6
 #: sources that match, and reasons why others differ, that a brief report names
@@ -328,7 +330,10 @@ def plan_section(result: Result) -> Section | None:
 
 def methods_section(result: Result) -> Section | None:
     """Methods that took part, with where they are published."""
-    said = [f"{one.name}: {one.purpose}. {one.citation}" for one in result.record.methods]
+    said = [
+        f"{one.name}: {one.purpose}. {_PAGE.sub(_NAMED, one.citation)}"
+        for one in result.record.methods
+    ]
     lines = [line for i, words in enumerate(said, 1) for line in paragraph(words, f"[{i}]")]
     return section("Methods", [lines])
 

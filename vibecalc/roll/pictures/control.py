@@ -207,7 +207,7 @@ def draw_roll_locus(result: Result) -> "Figure | None":
         first, fading = figure.subplots(1, 2)
         _plane(first, gain, pole, at)
     else:
-        figure = canvas(result, title + "\nall poles are real: overdamped", 5.4)
+        figure = canvas(result, title + ",\nall poles are real (overdamped)", 5.4)
         first = fading = figure.subplots()
     _fading(fading, gain, pole, own)
     if first is fading and isinstance(own, int | float):

@@ -183,7 +183,7 @@ def _loop(result: Result) -> list[str]:
     if pole is not None:
         texts = [_pole(complex(value)) for value in pole.values[:_POLES] if value.imag >= 0.0]
         rows.append(("poles", f"{', '.join(texts)} 1/s"))
-    return ["  the loop (reduced model)", *pairs(rows)]
+    return [*paragraph("The loop (reduced model):"), *pairs(rows)]
 
 
 def _pole(value: complex) -> str:
@@ -326,7 +326,7 @@ def tuned(result: Result) -> list[str]:
         ]
         rows.append(("reduction", ", ".join(each)))
     rows.append(("limited by", _held(record)))
-    return ["  tuned gains within the specified margins (reduced model)", *pairs(rows)]
+    return [*paragraph("Tuned gains within the specified margins (reduced model):"), *pairs(rows)]
 
 
 def _held(record: Record) -> str:
@@ -378,7 +378,7 @@ def grid(record: Record) -> list[str]:
     if any("*" in row[3 + count] for row in rows):
         notes.append(f"* exceeds the breakdown torque, {show(most, digits=4)} N*m")
     left = len(rows) - _MOST_ROWS
-    lines = ["  gains compared at the same mean speed (reduced model)"]
+    lines = paragraph("Gains compared at the same mean speed (reduced model):")
     lines += table(columns, rows[:_MOST_ROWS])
     if left > 0:
         lines += paragraph(f"{left} more pairs in the result file")
@@ -415,4 +415,4 @@ def motor_gains(record: Record) -> list[str]:
         ]
         for gain, turning, row in zip(level.axes[0].values, speed.values, level.values, strict=True)
     ]  # fmt: skip
-    return ["  other motors without control (reduced model)", *table(columns, rows)]
+    return [*paragraph("Other motors without control (reduced model):"), *table(columns, rows)]

@@ -139,7 +139,7 @@ def cylinder_orders(result: Result) -> list[str]:
     columns = [Cells(name, f"{name}\n{side}", write)
                for name in ("gas", "inertia", "total") for side, write in sides]  # fmt: skip
     columns += [
-        Cells("total", "ampli-\ntude", lambda one, _: show(factor * abs(one), factor * nothing)),
+        Cells("total", "amplitude", lambda one, _: show(factor * abs(one), factor * nothing)),
         Cells("total", "phase\ndeg", lambda one, _: show_phase(one, nothing)),
         Cells("tangential_pressure", "t.pressure\nN/mm^2", "N/mm^2"),
     ]
