@@ -106,7 +106,9 @@ def _of_part(
     samples = Samples(np.zeros(len(speed), int), speed, value)
     tops = tops_of(machine_of(part), samples, high[within], 1, within=True)
     row, place, height, each = tops.row, tops.place, tops.height, np.arange(len(tops.row))
-    order, natural = np.asarray(part.orders, dtype=float), part.resonances.frequency
+    order = np.asarray(part.orders, dtype=float)
+    # of the body: those of a shaft line that passes the torque on come after them
+    natural = part.resonances.frequency[: len(part.shows)]
     # the order whose part of the second derivative of the squared length is the most negative
     turn = np.exp(1j * tops.angle[:, None] * order)[:, None]
     length = (tops.jet.value * turn).real.sum(axis=-1)
