@@ -5,7 +5,17 @@ from typing import Any
 
 import numpy as np
 from dense_machine import arm, longest, peak
-from dense_results import MANY, QUANTITIES, Dense, Expected, by_order, swamped, through
+from dense_results import (
+    FORCE_COUPLE,
+    MANY,
+    QUANTITIES,
+    Dense,
+    Expected,
+    alone,
+    by_order,
+    swamped,
+    through,
+)
 from dense_train import TURN, Table
 
 _MOTIONS = [
@@ -40,20 +50,23 @@ def coupled_results(dense: Dense) -> Iterator[Expected]:
         value = np.sqrt(0.5 * squares.sum(axis=(0, 2)))
         yield Expected(f"{root}/foot_velocity_rms", value, whole=whole)
         held, still = train.loads(dense.speed), dense.motion(train, dense.rigid).ground
-        for name, load in (("ground", every.ground), ("rigid", still)):
-            for what, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
+        for name, load, model in (("ground", every.ground, on), ("rigid", still, dense.rigid)):
+            passed = through(model, train.order * dense.speed)
+            for what, part in zip(("force", "couple"), FORCE_COUPLE, strict=True):
+                own = alone(held, passed, part)
                 path, size = f"{root}/{name}/{what}", np.linalg.norm(held[:, part])
                 arrived = np.linalg.norm(load[:, part])
                 yield Expected(f"{path}_rms", arrived / np.sqrt(2.0), whole=whole)
                 nothing = float(dense.nothing[part].max())
                 if size > nothing:
-                    value, lack = 1.0 - arrived / size, swamped(size, arrived, nothing)
+                    value = 1.0 - arrived / size
+                    lack = swamped(size, arrived, np.linalg.norm(own))
                     size = max(1.0, abs(value))
                     yield Expected(f"{path}_efficiency", value, size, whole=whole, lack=lack)
                 if not whole:
                     yield Expected(path, load[:, part])
                     both = held[:, part], load[:, part]
-                    yield by_order(f"{path}_by_order", *both, nothing)
+                    yield by_order(f"{path}_by_order", *both, own, nothing)
     rate = TURN * dense.axis(f"{root}/ground/transmissibility", 1)
     for name, one in (("ground", on), ("rigid", dense.rigid)):
         value = np.abs(np.diagonal(through(one, rate), axis1=1, axis2=2)).T

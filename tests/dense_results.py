@@ -13,6 +13,7 @@ from vibecalc.core.results.record import Record
 TOLERANCE = 1e-9
 #: orders, halves where a cycle is two turns, that stand for all
 MANY = 240
+FORCE_COUPLE = (slice(0, 3), slice(3, 6))
 QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
@@ -21,7 +22,7 @@ class Expected(NamedTuple):
 
     `size` is what the tolerance is relative to: the largest entry, if nothing is said. With `whole`
     it is of all orders, so that the stated error has to cover those left out. A record may `lack`
-    a share of a load that nearly cancels.
+    a share of a load that is no measure of what arrives.
     """
 
     path: str
@@ -298,16 +299,18 @@ class Dense:
         for train, _, whole in self.kept_and_all:
             held = train.loads(self.speed) @ centre.T
             ground = self.motion(train).ground @ centre.T
-            for name, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
-                both = held[:, part], ground[:, part]
+            passed = centre @ through(on, train.order * self.speed) @ np.linalg.inv(centre)
+            own = np.concatenate([alone(held, passed, part) for part in FORCE_COUPLE], axis=-1)
+            for name, part in zip(("force", "couple"), FORCE_COUPLE, strict=True):
+                each = held[:, part], ground[:, part], own[:, part]
                 nothing = float(self.nothing[part].max())
-                yield from _of_vector(f"{root}/{name}", *both, train.order, whole, nothing)
-            rms = [np.sqrt(0.5 * np.sum(np.abs(one) ** 2, axis=0)) for one in (held, ground)]
+                yield from _of_vector(f"{root}/{name}", *each, train.order, whole, nothing)
+            rms = [np.sqrt(0.5 * np.sum(np.abs(one) ** 2, axis=0)) for one in (held, ground, own)]
             shares.append((*rms, whole))
-        for held, ground, whole in shares:
+        for held, ground, own, whole in shares:
             largest = np.repeat([held[:3].max(), held[3:].max()], 3)
             acts = (held > 1e-6 * largest) & (held > self.nothing)
-            acts &= ~swamped(held, ground, self.nothing)
+            acts &= ~swamped(held, ground, own)
             value = 1.0 - ground[acts] / held[acts]
             size = float(np.max(np.abs(value), initial=1.0)) * 1e6
             yield Expected(f"{root}/by_direction", value, size=size, at=acts, whole=whole)
@@ -365,46 +368,60 @@ def through(on: OnMounts, rate: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
-def swamped(held: Any, ground: Any, nothing: Any) -> Any:
-    """Whether loads may nearly cancel, with larger ones on the ground: they have no share then.
+def alone(held: np.ndarray, passed: np.ndarray, part: slice) -> np.ndarray:
+    """What arrives (m, 3) of the forces, or of the couples, of loads (m, 6) without the others."""
+    return np.einsum("mij,mj->mi", passed[:, part, part], held[:, part])
 
-    Terms are a thousand million times `nothing`; a tenth of them is on the safe side.
+
+def swamped(held: Any, ground: Any, own: Any) -> Any:
+    """Whether more may arrive than acts, of which the own part may be less than a hundredth.
+
+    Such loads have no share. Twice that is on the safe side.
     """
-    return (held < 1e8 * nothing) & (ground > held)
+    return (ground > (1.0 - 1e-9) * held) & (own < 2e-2 * ground)
 
 
-def by_order(path: str, held: np.ndarray, ground: np.ndarray, nothing: float) -> Expected:
+def by_order(
+    path: str, held: np.ndarray, ground: np.ndarray, own: np.ndarray, nothing: float
+) -> Expected:
     """Share kept from the ground, of orders that are more than rounding."""
-    first, second = (np.linalg.norm(one, axis=-1) for one in (held, ground))
+    first, second, third = (np.linalg.norm(one, axis=-1) for one in (held, ground, own))
     acts = first > max(1e-5 * first.max(), nothing)
-    acts &= ~swamped(first, second, nothing)
+    acts &= ~swamped(first, second, third)
     value = 1.0 - second[acts] / first[acts]
     return Expected(path, value, size=1e5 * float(np.abs(value).max(initial=1.0)), at=acts)
 
 
 def _of_vector(
-    path: str, held: np.ndarray, ground: np.ndarray, order: np.ndarray, whole: bool, nothing: float
+    path: str,
+    held: np.ndarray,
+    ground: np.ndarray,
+    own: np.ndarray,
+    order: np.ndarray,
+    whole: bool,
+    nothing: float,
 ) -> Iterator[Expected]:
     """What acts and what arrives (orders, 3), over the cycle, and the share that does not.
 
-    Less than `nothing` is rounding, of which there is no share.
+    Of what arrives the `own` part is by what acts. Less than `nothing` is rounding, of which there
+    is no share.
     """
     if not whole:
         yield Expected(f"{path}/held", held, size=max(1e9 * nothing, float(np.abs(held).max())))
         yield Expected(f"{path}/ground", ground)
-        resultant = by_order(f"{path}/by_order", held, ground, nothing)
+        resultant = by_order(f"{path}/by_order", held, ground, own, nothing)
         yield resultant._replace(at=(resultant.at, -1))
     sizes = {
         "rms": [np.linalg.norm(one) / np.sqrt(2.0) for one in (held, ground)],
         "peak": [float(longest(one.T, order)) for one in (held, ground)],
     }
+    lack = swamped(*(np.linalg.norm(one) for one in (held, ground, own)))
     for name, (first, second) in sizes.items():
         yield Expected(f"{path}/held_{name}", first, whole=whole)
         yield Expected(f"{path}/ground_{name}", second, whole=whole)
         if first <= nothing:
             continue
         share = 1.0 - second / first
-        lack = swamped(first, second, nothing)
         yield Expected(f"{path}/{name}", share, max(1.0, abs(share)), whole=whole, lack=lack)
         level = 20.0 * np.log10(first / second)
         yield Expected(f"{path}/{name}_level", level, 10.0 + abs(level), whole=whole, lack=lack)

@@ -45,17 +45,12 @@ def cross(first: Operand, second: Operand) -> Bounded:
     return a[..., after] * b[..., before] - a[..., before] * b[..., after]
 
 
-def terms_behind(error: ArrayLike) -> Real:
-    """Size of the terms of sums (...) from their errors (...): three roundings at least.
+def size_of_terms(error: ArrayLike) -> float:
+    """Size of the terms of the largest of sums, at most: of three roundings in its error.
 
     No kernel here grants less of each term, few more than twenty.
     """
-    return np.asarray(error) / (3.0 * EPSILON)
-
-
-def size_of_terms(error: ArrayLike) -> float:
-    """Size of the terms of the largest of sums."""
-    return float(np.max(terms_behind(error), initial=0.0))
+    return float(np.max(error, initial=0.0)) / (3.0 * EPSILON)
 
 
 def with_terms(found: Bounded, rounding: ArrayLike | None = None) -> Summed:

@@ -15,9 +15,10 @@ from vibecalc.foundation.systems import Curve, OnTables, on_tables
 from vibecalc.isolation.adapters.efficiency import Ground, has_share
 from vibecalc.isolation.adapters.steady import Moved, emit_steady, moved_by
 from vibecalc.isolation.at_mounts import displacement
-from vibecalc.isolation.efficiency import by_order, rms
+from vibecalc.isolation.efficiency import by_order, own_part, rms
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
-from vibecalc.numerics.bounded import Bounded, reshaped
+from vibecalc.numerics.bounded import Bounded, bounded, reshaped
+from vibecalc.numerics.rounding import ComplexArray
 from vibecalc.parts.body import COORDINATES, DIRECTIONS
 from vibecalc.parts.mount_needs import foundation_kind
 from vibecalc.response.adapters.loads import BodyLoads, steady_motion
@@ -70,10 +71,15 @@ def run_coupled(scene: Scene) -> None:
     for group in _below(system, motion, found.force, scene.case.machine.speed, loads):
         scene.emit_all(group, axes)
     arriving = {"ground": ground, "rigid": still.ground_load(alone, frequency)}
+    through = {
+        name: one.transmissibility(frequency)
+        for name, one in (("ground", system), ("rigid", still))
+    }
     for what, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
         for name, load in arriving.items():
             both = loads.load[:, part], load[:, part]
-            scene.emit_all(_arriving(scene, name, what, *both, loads), axes)
+            own = own_part(both[0], through[name], part)
+            scene.emit_all(_arriving(scene, name, what, *both, own, loads), axes)
     for name, one in (("ground", system), ("rigid", still)):
         scene.emit_all({f"{COUPLED}/{name}/transmissibility": partial(_curves, one, grid)}, axes)
 
@@ -136,14 +142,24 @@ def _below(
 
 
 def _arriving(
-    scene: Scene, name: str, what: str, held: Bounded, load: Bounded, loads: BodyLoads
+    scene: Scene,
+    name: str,
+    what: str,
+    held: Bounded,
+    load: Bounded,
+    own: ComplexArray,
+    loads: BodyLoads,
 ) -> dict[str, Any]:
-    """A load (m, 3) below the mounts, and how much less it is than that `held` on them, by path."""
+    """A load (m, 3) below the mounts, and how much less it is than that `held` on them, by path.
+
+    Of the load the `own` part comes from what is held.
+    """
     used, path = loads.retained, f"{COUPLED}/{name}/{what}"
-    acting, total = (rms(one, used, loads.tail).norm() for one in (held, load))
+    acting, total, alone = (rms(one, used, loads.tail).norm() for one in (held, load, bounded(own)))
     found: dict[str, Any] = {path: with_terms(load[:used])}
     found[f"{path}_rms"] = with_terms(total.value, total.rounding)
-    words = f"{what} on {'a rigid foundation' if name == 'rigid' else 'the ground'}, r.m.s."
-    if has_share(scene, words, "N" if what == "force" else "N m", acting, total.value):
+    words = f"{what} on {'a rigid foundation' if name == 'rigid' else 'the ground'}"
+    unit = "N" if what == "force" else "N m"
+    if has_share(scene, words, unit, acting, total, alone):
         found[f"{path}_efficiency"] = 1.0 - total.value / acting.value
-    return found | {f"{path}_by_order": by_order(held[:used], load[:used])[:, -1]}
+    return found | {f"{path}_by_order": by_order(held[:used], load[:used], own[:used])[:, -1]}

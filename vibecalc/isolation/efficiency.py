@@ -1,14 +1,13 @@
 """How much less reaches the ground than the body would send there, held still."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.excitation.inertia_forces import terms_behind
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered, vector_cycle_peak
-from vibecalc.numerics.rounding import BoolArray, FloatArray
+from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # Isolation efficiency: 1 - transmissibility. The transmissibility is what reaches the ground over
@@ -18,8 +17,8 @@ from vibecalc.numerics.rounding import BoolArray, FloatArray
 
 #: share of the largest below which an amplitude is what rounding left of zero
 _NOTHING = 1.0e-12
-#: share of the terms that it is summed from up to which a load nearly cancels
-_NEARLY = 1.0e-2
+#: share of what arrives below which a load is no measure of it
+_OWN = 1.0e-2
 
 
 class OverCycle(NamedTuple):
@@ -39,21 +38,29 @@ def is_more(size: Bounded, rounding: FloatArray, largest: Bounded) -> BoolArray:
     return np.asarray(size.value > np.maximum(_NOTHING * largest.value, 4.0 * rounding))
 
 
-def is_swamped(held: Bounded, rounding: FloatArray, ground: Bounded) -> BoolArray:
-    """Whether loads `held` nearly cancel and more arrives than acts.
+def is_swamped(held: Bounded, ground: Bounded, own: FloatArray) -> BoolArray:
+    """Whether more arrives than is `held`, nearly all of it from other loads, such as couples.
 
-    What arrives comes from other loads then, such as couples, and a ratio of both tells nothing.
-    The `rounding` in a sum says how large its terms are.
+    `own` is what would arrive of this load alone: where that is next to nothing, as of one that
+    nearly cancels, the ratio of what arrives to what acts tells nothing.
     """
-    cancels = held.value < _NEARLY * terms_behind(rounding)
-    return np.asarray(cancels & (ground.value > held.value))
+    return np.asarray((ground.value > held.value) & (own < _OWN * ground.value))
+
+
+def own_part(held: Bounded, through: Bounded, part: Any) -> ComplexArray:
+    """What would arrive (orders, n) of the loads `held` (orders, n) alone.
+
+    `through` (orders, k, k) are loads that arrive over loads that act, of which `part` are these.
+    """
+    alone: ComplexArray = through.value[:, part][:, :, part] @ held.value[..., None]
+    return alone[..., 0]
 
 
 def efficiency(held: Bounded, ground: Bounded, acts: BoolArray, arrives: BoolArray) -> Bounded:
     """1 - |ground| / |held| (...), of magnitudes.
 
-    Where nothing acts and nothing arrives it is 1, where nothing acts (or what acts nearly cancels)
-    and something arrives it is minus infinity.
+    Where nothing acts and nothing arrives it is 1, where nothing acts (or what arrives comes from
+    other loads) and something arrives it is minus infinity.
     """
     ratio = bounded.where(arrives, ground, 0.0) / bounded.where(acts, held, 1.0)
     ratio = bounded.where(acts, ratio, 0.0)
@@ -61,8 +68,11 @@ def efficiency(held: Bounded, ground: Bounded, acts: BoolArray, arrives: BoolArr
     return bounded.where(arrives & ~acts, unbounded, 1.0 - ratio)
 
 
-def by_order(held: Bounded, ground: Bounded) -> Bounded:
-    """Efficiency (orders, components + 1) of vectors (orders, components), the resultant last."""
+def by_order(held: Bounded, ground: Bounded, own: ComplexArray) -> Bounded:
+    """Efficiency (orders, components + 1) of vectors (orders, components), the resultant last.
+
+    `own` is what would arrive of these loads alone.
+    """
 
     def sizes(vector: Bounded) -> Bounded:
         size = abs(vector)
@@ -70,7 +80,7 @@ def by_order(held: Bounded, ground: Bounded) -> Bounded:
 
     both = sizes(held), sizes(ground)
     acts, arrives = (is_more(one, one.error, one.max(0)[..., -1:]) for one in both)
-    acts &= ~is_swamped(both[0], both[0].error, both[1])
+    acts &= ~is_swamped(*both, sizes(bounded.bounded(own)).value)
     return efficiency(*both, acts, arrives)
 
 

@@ -13,12 +13,14 @@ from vibecalc.isolation.efficiency import (
     efficiency,
     is_more,
     is_swamped,
+    own_part,
     peak,
     rms,
 )
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces, OfVector
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
-from vibecalc.numerics.bounded import Bounded, concatenate
+from vibecalc.numerics.bounded import Bounded, bounded, concatenate
+from vibecalc.numerics.rounding import ComplexArray
 from vibecalc.parts.body import COORDINATES, cross_matrix
 from vibecalc.response.adapters.loads import BodyLoads, steady_motion
 
@@ -33,9 +35,6 @@ class Ground(NamedTuple):
     load: Bounded
     passing: Callable[[np.ndarray], Bounded]
     natural: np.ndarray
-
-
-_HOW = {"rms": "r.m.s.", "peak": "peak"}
 
 
 def run_efficiency(scene: Scene) -> None:
@@ -59,15 +58,18 @@ def run_efficiency(scene: Scene) -> None:
         centre[3:, :3] = -cross_matrix(body.centre)
     centre = centre[np.ix_(freedoms, freedoms)]
     held, ground = system.felt(loads.load) @ centre.T, given.load @ centre.T
+    # unit loads at the mass centre are such about the reference point with the couple they have
+    back = np.linalg.inv(centre)
+    through = centre @ given.passing(frequency) @ back
     directions = []
     for group, chosen in ((OfForces, freedoms < 3), (OfCouples, freedoms >= 3)):
         if np.any(chosen):
             names = [COORDINATES[place] for place in freedoms[chosen]]
             both = held[:, chosen], ground[:, chosen]
-            directions.append(_emit_vector(scene, group, *both, names, loads))
+            own = own_part(both[0], through, chosen)
+            directions.append(_emit_vector(scene, group, *both, own, names, loads))
     grid = frequency_grid(given.natural, highest=float(frequency[loads.retained - 1]))
-    # unit loads at the mass centre are such about the reference point with the couple they have
-    curve = of_each(centre @ given.passing(grid) @ np.linalg.inv(centre))
+    curve = of_each(centre @ given.passing(grid) @ back)
     axes = {
         "coordinate": [COORDINATES[place] for place in freedoms],
         "frequency": grid / (2.0 * np.pi),
@@ -75,18 +77,21 @@ def run_efficiency(scene: Scene) -> None:
     scene.emit_all(ByDirection(concatenate(directions), curve), axes)
 
 
-def has_share(scene: Scene, words: str, unit: str, held: OverCycle, ground: Bounded) -> bool:
+def has_share(
+    scene: Scene, words: str, unit: str, held: OverCycle, ground: OverCycle, own: OverCycle
+) -> bool:
     """Whether there is something to isolate that the load on the ground may be compared with.
 
-    A load that nearly cancels is no measure of what reaches the ground: a warning says so.
+    Of root mean squares. Where the `own` part of what arrives is next to nothing there is not: a
+    warning says so.
     """
     if not held.value.value > 4.0 * held.rounding:
         return False
-    if is_swamped(*held, ground):
-        acts, arrives = (f"{float(one.value):.4g} {unit}" for one in (held.value, ground))
+    if is_swamped(held.value, ground.value, own.value.value):
+        acts, arrives = (f"{float(one.value.value):.4g} {unit}" for one in (held, ground))
         scene.warn(
-            f"no isolation efficiency, {words}: the load of the rigidly mounted machine nearly "
-            f"cancels, {acts}; the {arrives} on the ground come from its other loads"
+            f"no isolation efficiency of the {words}: the rigidly mounted machine passes on "
+            f"{acts} r.m.s., and the {arrives} r.m.s. on the ground come from its other loads"
         )
         return False
     return True
@@ -97,6 +102,7 @@ def _emit_vector(
     group: type[OfVector],
     held: Bounded,
     ground: Bounded,
+    own: ComplexArray,
     names: list[str],
     loads: BodyLoads,
 ) -> Bounded:
@@ -105,16 +111,18 @@ def _emit_vector(
     results: dict[str, Any] = {
         "held": with_terms(held[:used]),
         "ground": with_terms(ground[:used]),
-        "by_order": by_order(held[:used], ground[:used]),
+        "by_order": by_order(held[:used], ground[:used], own[:used]),
     }
     acting, arrived = (rms(one, used, tail) for one in (held, ground))
+    alone = rms(bounded(own), used, tail)
+    totals = acting.norm(), arrived.norm()
+    unit = group.WORDS["unit"].replace("*", " ")
+    shares = has_share(scene, group.WORDS["what"], unit, *totals, alone.norm())
     peaks = (peak(one, loads.order, used, tail) for one in (held, ground))
-    for name, (first, second) in {"rms": (acting.norm(), arrived.norm()), "peak": peaks}.items():
+    for name, (first, second) in {"rms": totals, "peak": peaks}.items():
         results[f"held_{name}"] = with_terms(first.value, first.rounding)
         results[f"ground_{name}"] = with_terms(second.value, second.rounding)
-        words = f"{group.WORDS['what']}, {_HOW[name]}"
-        unit = group.WORDS["unit"].replace("*", " ")
-        if not has_share(scene, words, unit, first, second.value):
+        if not shares or not first.value.value > 4.0 * first.rounding:
             continue
         ratio = second.value / first.value
         results[name] = 1.0 - ratio
@@ -128,5 +136,5 @@ def _emit_vector(
     }
     scene.emit_all(group(**results), axes)
     acts, arrives = (is_more(*one, one.norm().value) for one in (acting, arrived))
-    acts &= ~is_swamped(*acting, arrived.value)
+    acts &= ~is_swamped(acting.value, arrived.value, alone.value.value)
     return efficiency(acting.value, arrived.value, acts, arrives)
