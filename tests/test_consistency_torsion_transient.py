@@ -6,14 +6,13 @@ import mpmath
 import numpy as np
 import pytest
 from engine_cases import GENSET
-from scipy.special import fresnel
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
-from vibecalc.torsion.line import Line, chain, dynamic_stiffness
+from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.transient.march import TransientRun, transient
 from vibecalc.torsion.transient.motion import course_of, stretch, time_of_speed
-from vibecalc.torsion.transient.trace import extremes, section_peaks, traces
+from vibecalc.torsion.transient.trace import extremes, traces
 
 
 def pair(damping: float = 0.0, stiffness: float = 4000.0) -> Line:
@@ -80,52 +79,6 @@ def test_chirp_through_a_critical_is_the_error_function(
             slack = 1e-6 * damping  # of the difference quotient, which has a damper only
             assert abs(values[k, 0] - exact) <= run.torque_error[0] + slack
     assert run.torque_error[0] < 1e-8 * np.abs(values).max()
-
-
-def test_slow_undamped_passage_is_the_fresnel_integral() -> None:
-    # from far below the critical: amplitude F / (2 w_n) sqrt(pi / a) |int e^{i pi x^2 / 2} dx|,
-    # whose first maximum lies at x = 1.2172, after the critical (Lewis 1932)
-    line, natural = pair(), np.sqrt(4000.0 / REDUCED)
-    rate = 2.0
-    gas = np.array([[100.0 + 0j], [0.0]])
-    run = transient(line, np.array([1.0]), [stretch(57.0, rate, gas)], 0.0)
-    peak = section_peaks(run, traces(run))
-    x = np.linspace(0.5, 2.0, 4001)
-    sine, cosine = fresnel(x)
-    size = np.hypot(sine + 0.5, cosine + 0.5)
-    force = 100.0 / 2.0 * 4000.0
-    expected = force / (2.0 * natural) * np.sqrt(np.pi / rate) * size.max()
-    assert peak.peak[0] == pytest.approx(expected, rel=0.01)
-    assert x[size.argmax()] == pytest.approx(1.2172, abs=1e-3)
-    # the vibration follows its envelope to a period
-    expected_speed = natural + x[size.argmax()] * np.sqrt(np.pi * rate)
-    at_peak = run.course.at(peak.time)[0, 0]
-    assert at_peak == pytest.approx(expected_speed, abs=rate * 2 * np.pi / natural)
-
-
-def test_a_steady_start_at_constant_speed_stays_on_the_forced_response() -> None:
-    line = chain(np.array([1.0, 2.0, 4.0]), np.array([3000.0, 2000.0]))._replace(
-        absolute_damping=np.array([0.0, 1.5, 0.0])
-    )
-    order, speed, angle = np.array([0.5, 3.0, 4.0]), 17.0, 1.1
-    gas = np.array([[5.0, 3.0j, 2.0], [1.0, 1.0, -4.0j], [0.0, 0.0, 0.0]])
-    inertia = 0.01j * gas
-    run = transient(line, order, [stretch(5.0, 0.0, gas, inertia)], speed, angle, start="steady")
-    total = gas + speed**2 * inertia
-    matrix = dynamic_stiffness(line, order * speed)
-    phi = np.linalg.solve(matrix, total.T[..., None])[..., 0]
-    section = (phi[:, :-1] - phi[:, 1:]) * line.stiffness
-    times = step_times(run)
-    phase = np.exp(1j * order * (angle + speed * times[:, None]))
-    expected = (phase @ section).real
-    error = np.abs(torques(run) - expected).max(axis=0)
-    # 1e-13: the two ways to the amplitudes at the start
-    assert np.all(error <= run.torque_error + 1e-13 * np.abs(expected).max())
-    # from rest the same vibration is reached: the slowest pole is that of the damped rigid mode
-    rest = transient(line, order, [stretch(90.0, 0.0, gas, inertia)], speed, angle)
-    size = np.abs(expected).max(axis=0)
-    late = np.abs(rest.states[-1] @ run.system.torque.T)[-2000:].max(axis=0)
-    np.testing.assert_allclose(late, size, rtol=0.01)
 
 
 def test_load_step_on_undamped_line_doubles_the_static_torque_for_ever() -> None:
