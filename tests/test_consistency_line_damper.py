@@ -7,8 +7,16 @@ absorber, a brute force that is refined round its best point.
 import mpmath
 import numpy as np
 import pytest
-from exact_damper import ExactLine
-from line_damper_samples import RING, TABLE_VALUE, branched, direct, engine, torque_of_parts
+from exact_shaft_line import exact_twists
+from line_damper_samples import (
+    RING,
+    TABLE_VALUE,
+    branched,
+    direct,
+    engine,
+    torque_of_parts,
+    with_ring,
+)
 
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.torsion.damper_design.design import design
@@ -55,11 +63,15 @@ def test_twist_of_a_free_line_keeps_its_digits_at_low_frequency() -> None:
     reading = readings(system, TABLE_VALUE, speed, row)
     found = reading.value[0]
     error = reading_error(system, TABLE_VALUE, speed, row, reading.phase)[0]
+    line = with_ring(problem, TABLE_VALUE)
+    gas, _, inertia = problem.torque.coefficient[0]
+    torque = np.pad(gas + 2e-4**2 * inertia, ((0, 0), (0, 1)))
     with mpmath.workdps(60):
-        damper = [mpmath.mpf(one) for one in TABLE_VALUE]
-        wave = [complex(one) for one in ExactLine(problem).course(5, damper, mpmath.mpf(2e-4))]
+        twist = [exact_twists(line, w, load) for w, load in
+                 zip(2e-4 * problem.order, torque, strict=True)]  # fmt: skip
+    wave = line.stiffness[5] * np.array(twist)[:, 5]
     phase = 4.0 * np.pi * np.arange(40000) / 40000
-    course = (np.array(wave)[:, None] * np.exp(1j * problem.order[:, None] * phase)).sum(0).real
+    course = (wave[:, None] * np.exp(1j * problem.order[:, None] * phase)).sum(0).real
     truth = 0.5 * (course.max() - course.min())
     assert error < 1e-12 * truth
     assert abs(found / truth - 1.0) < 2e-8
