@@ -3,18 +3,16 @@
 Of the package only the harmonics of one cylinder are used, as reported at the operating speed.
 """
 
-import tempfile
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from dense_line import Cylinder, DenseLine
 from dense_line import half_range as half_range_of
+from engine_cases import loaded_of, ran
 
-from vibecalc.core.case.load import LoadedCase, resolve
+from vibecalc.core.case.load import resolve
 from vibecalc.core.results.record import Result
-from vibecalc.core.study.execute import execute, load_checked
 
 #: name, inertia, absolute damping, cylinder
 STATIONS = (
@@ -83,17 +81,10 @@ def text(asked: str, scales: dict[str, float] | None = None) -> str:
     ])  # fmt: skip
 
 
-def loaded(written: str) -> LoadedCase:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "line.toml"
-        path.write_text(written, encoding="utf-8")
-        return load_checked([path])[0]
-
-
 @cache
 def run(asked: str, scales: tuple[tuple[str, float], ...] = ()) -> Result:
     """The result of such a case."""
-    return execute(loaded(text(asked, dict(scales))))
+    return ran(text(asked, dict(scales)))
 
 
 def values(result: Result, path: str) -> Any:
@@ -114,7 +105,7 @@ SECTIONS = (*(name for name, *_ in SHAFTS), "teeth")
 def dense() -> DenseLine:
     gas, inertia = (values(run(""), f"excitation/{name}") for name in ("gas", "inertia"))
     cylinder = Cylinder(ORDER, gas, inertia / (OPERATING * RPM) ** 2)
-    return DenseLine(resolve(loaded(text("")).case), lambda speed: cylinder)
+    return DenseLine(resolve(loaded_of(text("")).case), lambda speed: cylinder)
 
 
 def response(speed: float, scale: dict[str, float] | None = None) -> tuple[Any, Any]:

@@ -5,14 +5,13 @@ import tomllib
 from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from effort_tables import OVER_SPEED, ROWS, from_cards, swept_volume, table
 from engine_cases import CARD, ENGINE
-from limited_lines import ran as of_text
+from engine_cases import ran as of_text
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case, validate
@@ -199,7 +198,7 @@ def test_orders_left_out_are_told_as_far_as_the_table_has_them() -> None:
     assert "orders above 6" not in warned(6, ROWS)
 
 
-def test_report_and_picture_say_what_there_is(tmp_path: Path) -> None:
+def test_report_and_picture_say_what_there_is() -> None:
     pytest.importorskip("matplotlib")
     from vibecalc.core.report.plots import make
     from vibecalc.core.report.text import render_report
@@ -207,7 +206,7 @@ def test_report_and_picture_say_what_there_is(tmp_path: Path) -> None:
     columns = ", ".join(f"{name} = {value}" for name, value in table(ROWS).items())
     load = 'mean_indicated_pressure = "12 bar"'
     effort_ = f"tangential_effort = {{ {load}, harmonics = {{ {columns} }} }}"
-    result = of_text(ENGINE.replace(CARD, effort_), tmp_path)
+    result = of_text(ENGINE.replace(CARD, effort_))
     said = " ".join(render_report(result, full=True).split())
     words = "gas tangential effort over mean indicated pressure; mean indicated pressure 12"
     assert words in said

@@ -5,8 +5,7 @@ import tomllib
 
 import numpy as np
 import pytest
-import torsion_samples
-from engine_cases import GENSET
+from engine_cases import GENSET, ran
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.report.text import render_report
@@ -82,7 +81,7 @@ def test_a_clutch_from_case_to_report() -> None:
         'friction_torque = "6 kN*m", engaging_time = "0.2 s", time_after = "0.6 s", '
         'counting = { sections = ["coupling"], changes = 1000 }'
     )
-    result = torsion_samples.run(f"{GENSET}transient = {{ {change} }}\n", "clutched")
+    result = ran(f"{GENSET}transient = {{ {change} }}\n")
     case, record = asked(change), result.record
     line = build_setup(case).shaft.line
     inertia = np.array([line.inertia.sum() - 1.0, 1.0])

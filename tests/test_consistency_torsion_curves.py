@@ -18,15 +18,13 @@ from dense_curve_line import (
     SPEED,
     STATIONS,
     half_range,
-    loaded,
     response,
     run,
     text,
     values,
 )
+from engine_cases import ran
 from long_but import long_but
-
-from vibecalc.core.study.execute import execute
 
 MODULUS = {name: modulus for name, *_, modulus in SHAFTS}
 EVERY = f"orders = {[*ORDER.tolist()]}"
@@ -194,49 +192,6 @@ def test_irregularity_at_the_operating_speed_and_its_largest_one() -> None:
         assert own == pytest.approx(top[row], rel=1e-9)
 
 
-RIGID = """schema = 1
-title = "Two wheels"
-[machine]
-kind = "engine"
-cycle = "two_stroke"
-speed = "600 rpm"
-[machine.crank_train]
-crank_radius = "60 mm"
-rod_length = "200 mm"
-reciprocating_mass = "2 kg"
-bore = "100 mm"
-cylinders = [{ name = "1" }]
-gas_pressure = { crank_angle = ["0 deg", "90 deg", "360 deg"], pressure = ["60 bar", "0 bar", "60 bar"] }
-[machine.shaft_line]
-stations = [
-  { name = "crank", inertia = "3 kg*m^2", cylinder = "1" },
-  { name = "wheel", inertia = "8 kg*m^2" },
-  { name = "end", inertia = 0 },
-]
-shafts = [{ between = ["wheel", "end"], stiffness = "1e6 N*m/rad" }]
-gears = [{ between = ["crank", "wheel"], teeth = [20, 40] }]
-[response.torsion]
-orders = { count = COUNT }
-speeds = { from = "300 rpm", to = "600 rpm", points = 4 }
-irregularity = [{ on = "crank" }, { on = "wheel" }]
-"""  # noqa: E501
-
-
-@pytest.mark.parametrize("count", [1, 4])
-def test_a_line_without_elasticity_has_the_closed_form(count: int) -> None:
-    result = execute(loaded(RIGID.replace("COUNT", str(count))))
-    w, inertia, order = 20.0 * np.pi, 3.0 + 8.0 / 4.0, np.arange(1, count + 1)
-    torque = values(result, "excitation/gas") + values(result, "excitation/inertia")
-    # speed of order q over the mean: T_q / (i q J w^2)
-    turn = np.linspace(0.0, 2.0 * np.pi, 400_001)
-    signal = np.real(np.exp(1j * np.outer(turn, order)) @ (torque / (1j * order * inertia * w**2)))
-    expected = np.ptp(signal)
-    if count == 1:
-        expected = 2.0 * abs(torque[0]) / (inertia * w**2)
-    found = values(result, "irregularity/degree")
-    np.testing.assert_allclose(found, [expected, expected], rtol=1e-9)
-
-
 # ----------------------------------------------------------------------------
 # Conditions of the cylinders.
 # ----------------------------------------------------------------------------
@@ -257,7 +212,7 @@ def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
     speeds = 'speeds = { from = "500.0 rpm", to = "1300.0 rpm", points = 61 }'
     asked = 'irregularity = [{ on = "flywheel" }]' + CONDITIONS
     assert speeds in text(asked)
-    alone = execute(loaded(text(asked).replace(speeds, "")))
+    alone = ran(text(asked).replace(speeds, ""))
     assert not [path for path in alone.record if "/speeds/" in path or "/largest" in path]
     for path in (
         "torque_half_range",
@@ -289,7 +244,7 @@ def test_an_undamped_line_has_orders_without_bound_at_its_criticals() -> None:
     bare = text(asked).replace("loss_factor = 0.17", "loss_factor = 0.0")
     for name in ("damping = ", "absolute_damping = "):
         bare = re.sub(rf"\b{name}[0-9.]+", f"{name}0.0", bare)
-    result = execute(loaded(bare))
+    result = ran(bare)
     masked = values(result, "resonances_skipped/from")
     assert len(masked)
     top = values(result, "curves/torque/largest")[0]

@@ -3,20 +3,13 @@
 The truth: the power of the torques, the same line with more orders.
 """
 
-import tomllib
-from functools import cache
-
 import numpy as np
 import pytest
-from engine_cases import ENGINE, GEARED, replaced
+from engine_cases import ENGINE, GEARED, ROOT, record, replaced, value
 from long_but import long_but
 
-from vibecalc.core.case.load import validate
-from vibecalc.core.results.record import Record
-from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 
-ROOT = "response/torsion"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', ""))
 BRAKED = replaced(
     ENGINE, ('inertia = "2 kg*m^2"', 'inertia = "2 kg*m^2", absolute_damping = "1 N*m*s/rad"')
@@ -27,15 +20,6 @@ LOSSY = replaced(
 RAYLEIGH = 'damping_model = { kind = "rayleigh", modes = [3, 4], ratios = [0.01, 0.02] }'
 MODAL = 'damping_model = { kind = "modal", ratios = [0.02] }'
 OF_GEARED = RAYLEIGH.replace("3, 4", "2, 4")
-
-
-@cache
-def record(text: str) -> Record:
-    return run_case(validate(tomllib.loads(text)))
-
-
-def value(text: str, path: str) -> np.ndarray:
-    return np.asarray(record(text)[f"{ROOT}/{path}"].values)
 
 
 @pytest.mark.parametrize(

@@ -4,36 +4,15 @@ The truth: the same line run at single speeds, order by order, and distances tak
 """
 
 import tomllib
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from engine_cases import ENGINE, replaced
+from engine_cases import ENGINE, ROOT, at_speed, record, replaced, value
 
-from vibecalc.core.case.load import validate
-from vibecalc.core.results.record import Record
-from vibecalc.core.run.run import run_case
-
-ROOT = "response/torsion"
 RPM = np.pi / 30.0
 RANGE = 'speeds = { from = "800 rpm", to = "2000 rpm" }'
 WIDE = replaced(ENGINE, (RANGE, 'speeds = { from = "1500 rpm", to = "9000 rpm", points = 101 }'))
-
-
-@cache
-def record(text: str) -> Record:
-    return run_case(validate(tomllib.loads(text)))
-
-
-def value(text: str, path: str) -> np.ndarray:
-    return np.asarray(record(text)[f"{ROOT}/{path}"].values)
-
-
-def at_speed(text: str, speed: float) -> str:
-    """The case at one speed in rad/s, without a range."""
-    lines = [one for one in text.splitlines() if not one.startswith("speeds")]
-    return "\n".join(f"speed = {speed!r}" if one.startswith("speed ") else one for one in lines)
 
 
 @pytest.mark.long

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from engine_cases import ENGINE, GEARED, refusal, replaced
-from test_consistency_torsion_stage import ROOT, SPEED, record, value
+from engine_cases import ENGINE, GEARED, ROOT, record, refusal, replaced, value
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import machine_warnings
 
+SPEED = 1500.0 * np.pi / 30.0
 POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 31 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
 RULE = 'limits = [{ rule = "iacs_m68", tensile_strength = "700 MPa", design_factor = 0.6 }]\n'
@@ -134,3 +134,10 @@ def test_what_a_rule_is_not_for_is_said(tmp_path: Path) -> None:
     many = refusal(tmp_path, ENGINE + "as_published = { modes = 300 }")
     assert "more modes are requested than the line has" in many and "up to 3" in many
     assert not refusal(tmp_path, ENGINE + "as_published = { modes = 3 }")
+
+
+@pytest.mark.long
+def test_a_corner_of_a_limit_between_speeds_is_a_largest_use() -> None:
+    curve = 'speed = ["800 rpm", "1301 rpm", "2000 rpm"], stress = ["99 MPa", "1 Pa", "99 MPa"]'
+    text = ENGINE + f"limits = [{{ curve = {{ {curve} }} }}]"
+    assert value(text, "limit/speed")[0] == pytest.approx(1301.0 * np.pi / 30.0, rel=1e-12)

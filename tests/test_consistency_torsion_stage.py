@@ -4,43 +4,17 @@ The truth: dense solves of matrices in own speeds, torques of a cylinder by a fi
 cycle, balances of power and of torque, and the same line asked in another way.
 """
 
-import tomllib
-from functools import cache
-
 import numpy as np
 import pytest
-from engine_cases import ENGINE, replaced
+from engine_cases import ENGINE, ROOT, at_speed, record, replaced, value
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.results.record import Record
-from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 
-ROOT = "response/torsion"
 POINTS = "speeds = { from = '800 rpm', to = '6000 rpm', points = 21 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
-SPEED = 1500.0 * np.pi / 30.0
 ORDER = np.arange(1, 13) / 2.0
-
-
-@cache
-def record(text: str) -> Record:
-    case = validate(tomllib.loads(text))
-    made = run_case(case)
-    # also where dampings of shafts move the modes, which no table says
-    either = {f"{ROOT}/modes/undamped_frequency"}
-    assert set(made) | either == set(planned_quantities(case)) | either
-    return made
-
-
-def value(text: str, path: str) -> np.ndarray:
-    return np.asarray(record(text)[f"{ROOT}/{path}"].values)
-
-
-def at_speed(text: str, speed: float) -> str:
-    """The line at another speed and nowhere else."""
-    return replaced(text, (POINTS, ""), ('speed = "1500 rpm"', f"speed = {float(speed)!r}"))
 
 
 @pytest.mark.parametrize("speed", [180.0, pytest.param(95.0, marks=pytest.mark.long)])
@@ -89,7 +63,7 @@ def test_an_undamped_critical_is_listed_in_a_range_and_refused_at_the_operating_
     assert np.all(np.isinf(value(text, "largest/torque_half_range")))
     assert np.all(np.isfinite(value(text, "speeds/torque_half_range")))
     with pytest.raises(NumericalFailure, match=r"order 6 at .* frequency of mode 2"):
-        record(at_speed(undamped(), critical))
+        record(at_speed(undamped(), float(critical)))
 
 
 def test_a_cylinder_that_misfires_has_no_gas_or_that_of_a_driven_one() -> None:

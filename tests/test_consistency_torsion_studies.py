@@ -1,15 +1,12 @@
 """Claim: studies of a shaft line agree with runs of the line that they change."""
 
 from functools import cache
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from engine_cases import ENGINE, GEARED, replaced
+from engine_cases import ENGINE, GEARED, ran, replaced
 
 from vibecalc.core.results.record import Record, Result
-from vibecalc.core.study.execute import execute, load_checked
 
 TORSION = "response/torsion/"
 SPEEDS = 'speeds = { from = "800 rpm", to = "2000 rpm" }\n'
@@ -22,16 +19,8 @@ DAMPED = replaced(
 )
 
 
-@cache
-def run_text(text: str) -> Result:
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "engine.toml"
-        path.write_text(text, encoding="utf-8")
-        return execute(load_checked([path])[0])
-
-
 def of(extra: str, base: str = DAMPED, speeds: str = "") -> Result:
-    return run_text(replaced(base, (SPEEDS, speeds)) + extra)
+    return ran(replaced(base, (SPEEDS, speeds)) + extra)
 
 
 def value(record: Record, path: str) -> np.ndarray:
@@ -103,7 +92,7 @@ def geared_ring(inertia: float) -> str:
 @pytest.mark.long
 def test_damper_on_a_geared_shaft_is_reported_in_its_own_values() -> None:
     # its damper put into the case as a part
-    record = run_text(
+    record = ran(
         geared_ring(0.05) + 'rings = ["0.05 kg*m^2"]\n'
         'compare = { stiffness = "2e3 N*m/rad", damping = "6 N*m*s/rad" }\n'
     ).record
@@ -127,7 +116,7 @@ def test_phases_that_are_given_change_no_number() -> None:
         for k, phase in ((1, 90), (2, 330), (3, 210))
     )
     plain, turned = (
-        run_text(replaced(ENGINE, (SPEEDS, ""), *change)) for change in ((), ((names, phased),))
+        ran(replaced(ENGINE, (SPEEDS, ""), *change)) for change in ((), ((names, phased),))
     )
     for path, quantity in plain.record.quantities.items():
         np.testing.assert_array_equal(turned.record[path].values, quantity.values, path)

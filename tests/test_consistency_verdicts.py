@@ -3,7 +3,6 @@
 In conditions of the cylinders a limit is what it is in a case that is in that condition alone.
 """
 
-import tempfile
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dense_curve_line import text, values
+from engine_cases import ran
 from long_but import long_but
 from shipped_cases import ROOT
 
@@ -46,10 +46,7 @@ def line(asked: str) -> Result:
     plain = "stiffness = 24000.0, damping = 0.0, loss_factor = 0.17 }"
     case = text(asked + LIMITS)
     assert plain in case
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "line.toml"
-        path.write_text(case.replace(plain, COUPLING), encoding="utf-8")
-        return execute(load_checked([path])[0])
+    return ran(case.replace(plain, COUPLING))
 
 
 @cache
