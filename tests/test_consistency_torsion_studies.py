@@ -109,14 +109,57 @@ def test_damper_on_a_geared_shaft_is_reported_in_its_own_values() -> None:
     assert rings[0] == pytest.approx(float(own), rel=1e-6)
 
 
-def test_phases_that_are_given_change_no_number() -> None:
-    names = '{ name = "1" }, { name = "2" }, { name = "3" }'
-    phased = ", ".join(
-        f'{{ name = "{k}", crank_phase = "{phase} deg" }}'
-        for k, phase in ((1, 90), (2, 330), (3, 210))
-    )
-    plain, turned = (
-        ran(replaced(ENGINE, (SPEEDS, ""), *change)) for change in ((), ((names, phased),))
-    )
-    for path, quantity in plain.record.quantities.items():
-        np.testing.assert_array_equal(turned.record[path].values, quantity.values, path)
+#: two inertias and a ring in oil, excited by the first order alone
+TWO = """schema = 1
+title = "two inertias and a ring"
+[machine]
+kind = "drive_train"
+speed = "100 rad/s"
+[machine.shaft_line]
+stations = [{ name = "hub", inertia = "0.1 kg*m^2" }, { name = "wheel", inertia = "2 kg*m^2" }]
+shafts = [{ name = "shaft", stiffness = "1e6 N*m/rad" }]
+excitations = [{ on = "hub", orders = [1], torques = ["50 N*m"] }]
+dampers = [{ name = "ring", on = "hub", kind = "viscous", inertia = 0.05, damping = 30.0 }]
+[response.torsion]
+"""
+RING = "machine.shaft_line.dampers[0].damping"
+
+
+def test_find_a_shaft_for_a_frequency() -> None:
+    search = """[[find]]
+name = "shaft"
+key = "machine.shaft_line.shafts[0].stiffness"
+min = "1e4 N*m/rad"
+max = "1e7 N*m/rad"
+quantity = "response/torsion/modes/natural_frequency"
+where = { mode = 2 }
+target = "100 Hz"
+points = 5
+"""
+    ring = next(line for line in TWO.splitlines() if line.startswith("dampers"))
+    found = ran(replaced(TWO, (ring, "")) + search).record["find/shaft/value"]
+    exact = (200.0 * np.pi) ** 2 * 0.1 * 2.0 / 2.1
+    assert abs(float(found.values) - exact) <= found.error_estimate <= 1e-9 * exact
+
+
+@pytest.mark.long
+def test_the_damping_that_takes_the_most_heat() -> None:
+    """A slip v between ring and hub is T / (c + Z), Z the impedance of both in series.
+
+    T is what the dashpot would carry, were it rigid, times a share that c does not change; half of
+    c |v|^2 is largest at c = |Z|, as Z is imaginary without any other damping.
+    """
+    search = f"""[optimisation]
+variables = [{{ key = "{RING}", min = "0.5 N*m*s/rad", max = "50 N*m*s/rad" }}]
+objective = {{ quantity = "response/torsion/damper/heat", where = {{ damper = "ring" }}, sense = "max" }}
+starts = 1
+"""  # noqa: E501
+    record = ran(TWO + search).record
+    w, k = 100.0, 1e6
+    rest = -0.1 * w**2 + k - k * k / (k - 2.0 * w**2)  # dynamic stiffness at the hub
+    best = abs(1.0 / (w / (-0.05 * w**2) + w / rest))
+    found = record[f"optimisation/variable/{RING}"]
+    assert abs(float(found.values) - best) <= found.error_estimate + 1e-12 * best
+    assert found.error_estimate < 1e-4 * best
+    heat = value(ran(replaced(TWO, ("30.0", repr(best)))).record, "damper/heat")[0]
+    assert float(record["optimisation/objective"].values) == pytest.approx(heat, rel=1e-9)
