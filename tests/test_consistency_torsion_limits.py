@@ -125,7 +125,7 @@ def test_the_crankshaft_by_its_torques() -> None:
         found = values("limit/operating/stress")[6, column]
         assert found == pytest.approx(stress, rel=1e-9)
         # pin fillet: alpha_B 1.8692137582 * 30 + 10 = 66.0764 N/mm2, alpha_T 1.9293427015,
-        # sigma_DW = 1.05 * 259.4330610845 N/mm2; see test_property_crank_limits.py
+        # sigma_DW = 1.05 * 259.4330610845 N/mm2; see test_property_shaft_limits.py
         equivalent = math.hypot(66.076412745989, math.sqrt(3.0) * 1.92934270152 * stress / 1e6)
         factor = values("limit/crank/operating_acceptability")[6, column, 0]
         assert factor == pytest.approx(1.05 * 259.43306108450 / equivalent, rel=1e-9)
