@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from dense_line import Cylinder, DenseLine
+from dense_line import DenseLine, cylinder_of
 from dense_line import half_range as half_range_of
 from engine_cases import loaded_of, ran
 
@@ -103,9 +103,9 @@ SECTIONS = (*(name for name, *_ in SHAFTS), "teeth")
 
 @cache
 def dense() -> DenseLine:
-    gas, inertia = (values(run(""), f"excitation/{name}") for name in ("gas", "inertia"))
-    cylinder = Cylinder(ORDER, gas, inertia / (OPERATING * RPM) ** 2)
-    return DenseLine(resolve(loaded_of(text("")).case), lambda speed: cylinder)
+    case = resolve(loaded_of(text("")).case)
+    cylinder = cylinder_of(run("").record, case)
+    return DenseLine(case, lambda speed: cylinder)
 
 
 def response(speed: float, scale: dict[str, float] | None = None) -> tuple[Any, Any]:

@@ -25,6 +25,21 @@ class Cylinder(NamedTuple):
     mean: float = 0.0
 
 
+def cylinder_of(record: Mapping[str, Any], case: Table) -> Cylinder:
+    """The one of a run: its mean torque is the work of the indicated pressure."""
+    train, machine, path = (
+        case["machine"]["crank_train"],
+        case["machine"],
+        "response/torsion/excitation/",
+    )
+    gas, inertia = (record[path + one] for one in ("gas", "inertia"))
+    turns = 2.0 if machine["cycle"] == "four_stroke" else 1.0
+    stroke = np.pi * train["bore"] ** 2 / 4.0 * 2.0 * train["crank_radius"]
+    mean = float(record[path + "mean_indicated_pressure"].values) * stroke / (2.0 * np.pi * turns)
+    order = np.array(gas.axes[-1].values, dtype=float)
+    return Cylinder(order, gas.values, inertia.values / machine["speed"] ** 2, mean)
+
+
 class Conditions(NamedTuple):
     """What a coupling is taken at: mean torque and half range in N m, temperature in K."""
 

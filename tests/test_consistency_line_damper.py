@@ -21,7 +21,7 @@ from line_damper_samples import (
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.torsion.damper_design.design import design
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, system_of
-from vibecalc.torsion.damper_design.readings import amplitudes, reading_error, readings, table
+from vibecalc.torsion.damper_design.readings import reading_error, readings
 from vibecalc.torsion.line import Line
 
 ENGINE_LIMITS = Limits((RING, RING), (2e5, 5e6), (1e3, 3e4))
@@ -40,20 +40,6 @@ def test_readings_are_those_of_dense_solution_with_the_ring_as_a_freedom() -> No
         assert np.all(found >= truth * (1.0 - 1e-11))
         assert np.max(found / truth) - 1.0 < 8e-6
         np.testing.assert_allclose(found[:, -2], truth[:, -2], rtol=1e-11)
-
-
-def test_one_table_serves_all_springs_and_dashpots() -> None:
-    problem = engine()
-    system = system_of(problem)
-    speed = np.linspace(20.0, 100.0, 9)
-    found = table(system, Damper(RING, 1e6, 3e3), speed)
-    stiffness, damping = np.array([1e3, 5.97e5, 5e8]), np.array([5.0, 2132.0, 1e6])
-    section, relative = amplitudes(found, stiffness, damping)
-    for i in range(3):
-        own = table(system, Damper(RING, float(stiffness[i]), float(damping[i])), speed)
-        off = np.abs(section[i] - own.section) / np.abs(own.section)
-        assert np.max(off) < 1e-7 and np.median(off) < 1e-11
-        np.testing.assert_allclose(relative[i], own.relative, rtol=1e-9)
 
 
 def test_twist_of_a_free_line_keeps_its_digits_at_low_frequency() -> None:

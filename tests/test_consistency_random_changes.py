@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from dense_line import Cylinder, DenseLine
+from dense_line import Cylinder, DenseLine, cylinder_of
 from long_but import long_but
 from random_lines import random_change
 from scipy.integrate import solve_ivp
@@ -33,18 +33,6 @@ SWING = 0.1
 PASSES = ("run_up", "run_down")
 #: stiff lines over several cycles, which the other integrator takes long for
 LONG = {3, 18, 22, 23, 29}
-
-
-def cylinder(record, case) -> Cylinder:
-    """A healthy one: its mean torque is the work of the indicated pressure."""
-    train, machine = case["machine"]["crank_train"], case["machine"]
-    gas = record[f"{ROOT}excitation/gas"]
-    turns = 2.0 if machine["cycle"] == "four_stroke" else 1.0
-    stroke = np.pi * train["bore"] ** 2 / 4.0 * 2.0 * train["crank_radius"]
-    mean = float(record[f"{ROOT}excitation/mean_indicated_pressure"].values)
-    inertia = record[f"{ROOT}excitation/inertia"].values / machine["speed"] ** 2
-    order = np.array(gas.axes[-1].values, dtype=float)
-    return Cylinder(order, gas.values, inertia, mean * stroke / (2.0 * np.pi * turns))
 
 
 class Change:
@@ -207,7 +195,7 @@ def test_random_lines_move_as_another_integrator_says(seed: int) -> None:
     assert not check_machine(checked)
     record = run_case(checked, wanted=WANTED)
     has = {name: record[TIME + name] for name in ("history/torque", "peak", "peak_time")}
-    change = Change(case, cylinder(record, case))
+    change = Change(case, cylinder_of(record, case))
     peak, at = (np.asarray(has[name].values) for name in ("peak", "peak_time"))
     at = np.minimum(at, change.borders[-1])  # the end is right to a rounding
     history = has["history/torque"]

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from dense_line import Cylinder, DenseLine, ends, half_range
+from dense_line import DenseLine, cylinder_of, ends, half_range
 from long_but import long_but
 from random_lines import random_line
 
@@ -43,20 +43,9 @@ class Results:
         return [str(one) for one in self.record[ROOT + path].axes[0].values]
 
 
-def cylinder(found, case) -> Cylinder:
-    """Of a healthy one: its mean torque is the work of the indicated pressure."""
-    train, machine = case["machine"]["crank_train"], case["machine"]
-    order = np.array(found.record[ROOT + "excitation/gas"].axes[-1].values, dtype=float)
-    turns = 2.0 if machine["cycle"] == "four_stroke" else 1.0
-    stroke = np.pi * train["bore"] ** 2 / 4.0 * 2.0 * train["crank_radius"]
-    mean = float(found["excitation/mean_indicated_pressure"]) * stroke / (2.0 * np.pi * turns)
-    inertia = found["excitation/inertia"] / machine["speed"] ** 2
-    return Cylinder(order, found["excitation/gas"], inertia, mean)
-
-
 def pairs(found: Results, case) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     """Path, what the program has, what the equations say."""
-    given = cylinder(found, case)
+    given = cylinder_of(found.record, case)
     line, order = DenseLine(case, lambda speed: given), given.order
     silent = dict.fromkeys(case["response"]["torsion"].get("misfire", ()), 0.0)
     speed, stations = case["machine"]["speed"], len(line.names)

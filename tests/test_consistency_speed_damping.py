@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dense_line import Cylinder, DenseLine, half_range
+from dense_line import DenseLine, cylinder_of, half_range
 
 from vibecalc.core.case.load import resolve, validate
 from vibecalc.core.results.record import Record
@@ -89,16 +89,15 @@ def values(found: Record, path: str) -> np.ndarray:
 @cache
 def laws() -> tuple[Record, DenseLine]:
     """A run with every law, and its full matrices under the torque of its cylinders."""
-    found = record(geared())
-    order = np.array(found[ROOT + "excitation/gas"].axes[-1].values, dtype=float)
-    gas, inertia = (values(found, f"excitation/{one}") for one in ("gas", "inertia"))
-    cylinder = Cylinder(order, gas, inertia / RATED**2)
-    return found, DenseLine(resolve(validate(geared())), lambda speed: cylinder)
+    case = validate(geared())
+    found, tables = run_case(case), resolve(case)
+    cylinder = cylinder_of(found, tables)
+    return found, DenseLine(tables, lambda speed: cylinder)
 
 
 def test_every_law_against_a_dense_solve() -> None:
     found, line = laws()
-    order = np.array(found[ROOT + "excitation/gas"].axes[-1].values, dtype=float)
+    order = cylinder_of(found, geared()).order
     curve, gear = values(found, "speeds/torque_half_range"), values(found, "speeds/gear_torque")
     for place, speed in enumerate(np.linspace(65.0, 140.0, 6).tolist()):
         now = line.at(speed)

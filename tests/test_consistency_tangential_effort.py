@@ -165,15 +165,6 @@ def test_between_speeds_each_row_of_the_table_is_met(load: list[float]) -> None:
         assert own @ found.mean.value == pytest.approx(p, rel=1e-14)
 
 
-def test_where_the_load_passes_a_row_the_row_itself_counts() -> None:
-    columns = [list(one) for one in zip(*ROWS, strict=True)]
-    found = effort_torque(effort_table(*columns), [0.0, 16.0], [4e5, 20e5], [2.5], lever=1.0,
-                          swept_volume=1.0, cycle=1.0)  # fmt: skip
-    assert found.speed.tolist() == [0.0, 8.0, 16.0]
-    rows = [row[2] - 1j * row[3] for row in ROWS if row[1] == 2.5]
-    assert found.gas.value[:, 0].tolist() == rows
-
-
 @pytest.mark.parametrize("load", [[3.9e5], [20.1e5]])
 def test_beyond_the_loads_of_the_table_nothing_is_extrapolated(load: list[float]) -> None:
     columns = [list(one) for one in zip(*ROWS, strict=True)]

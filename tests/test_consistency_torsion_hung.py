@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from long_but import long_but
+from torsion_lines import ring_on
 
 from vibecalc.core.case.load import load_case
 from vibecalc.core.case.raw import NOT_COMPUTED
@@ -17,22 +18,6 @@ from vibecalc.torsion.line import Line, complex_stiffness
 ROOT = "response/torsion"
 CASES = Path(__file__).parents[1] / "cases"
 RING = "machine.shaft_line.dampers[0]"
-
-
-def ring_on(line: Line, freedom: int, values: tuple[float, float, float, float]) -> Line:
-    """The line with a ring of inertia, stiffness, damping and loss factor on one freedom."""
-    inertia, stiffness, damping, loss = values
-    n = len(line.inertia)
-    return Line(
-        np.append(line.inertia, inertia),
-        np.append(line.absolute_damping, 0.0),
-        np.append(line.ground_stiffness, 0.0),
-        np.append(line.first, freedom),
-        np.append(line.second, n),
-        np.append(line.stiffness, stiffness),
-        np.append(line.damping, damping),
-        np.append(line.loss_factor, loss),
-    )
 
 
 @pytest.mark.parametrize("seed", long_but(range(12), *range(6)))

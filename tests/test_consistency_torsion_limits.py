@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dense_line import Cylinder, DenseLine, half_range
+from dense_line import DenseLine, cylinder_of, half_range
 from shipped_cases import CASES, fresh
 
 from vibecalc.core.case.load import load_case, resolve
@@ -29,9 +29,9 @@ def axis(path: str, place: int) -> list[Any]:
 
 @cache
 def line() -> DenseLine:
-    gas, inertia = values("excitation/gas"), values("excitation/inertia")
-    cylinder = Cylinder(ORDER, gas, inertia / (750.0 * RPM) ** 2)
-    return DenseLine(resolve(load_case(CASES["engine_geared"]).case), lambda speed: cylinder)
+    case = resolve(load_case(CASES["engine_geared"]).case)
+    cylinder = cylinder_of(fresh("engine_geared").record, case)
+    return DenseLine(case, lambda speed: cylinder)
 
 
 @cache

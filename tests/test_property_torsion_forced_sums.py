@@ -8,7 +8,7 @@ import pytest
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.critical_speeds import barred_ranges
-from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.line import chain
 from vibecalc.torsion.section_loads import (
     ROWS,
     largest_half_range,
@@ -49,12 +49,6 @@ def test_sums_of_known_ends():
     assert (half.half_range, half.highest_angle) == pytest.approx((2.0, 3.0 * np.pi))
     mean = synthesis([0.0, 1.0], [-5.0 + 1j, 1.0])
     assert (mean.peak, mean.half_range) == pytest.approx((6.0, 1.0))
-
-
-def half_range(line: Line, speeds, orders):
-    """Of the first element (s, 1), for a torque of one of every order at the first station."""
-    drive = np.ones((len(orders), 1))
-    return largest_half_range(line, orders, lambda s: drive, [0], np.ones(1), speeds)[0][:, None]
 
 
 def test_barred_ranges_end_where_the_closed_form_crosses_its_limit():
