@@ -1,7 +1,5 @@
 """Claim: studies of a shaft line agree with runs of the line that they change."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, ran, replaced
@@ -40,39 +38,6 @@ def test_run_up_has_the_steady_curve_nearby_it_and_lags() -> None:
     # the faster, the less time to build up
     late = [np.abs(value(record, "transient/overshoot")[:3]).max() for record in (slow, fast)]
     assert late[0] < late[1]
-
-
-@cache
-def design() -> Result:
-    speeds = 'speeds = { from = "900 rpm", to = "1900 rpm", points = 201 }\n'
-    base = replaced(DAMPED, ("orders = { highest = 6 }", "orders = { highest = 3 }"))
-    extra = ('[damper_design]\non = "ring"\n'
-             'compare = { stiffness = "2e4 N*m/rad", damping = "30 N*m*s/rad" }\n')  # fmt: skip
-    return of(extra, base, speeds)
-
-
-@pytest.mark.long
-def test_design_put_into_the_line_bears_what_was_promised() -> None:
-    record = design().record
-    k, c, worst = (
-        float(record[f"damper_design/{n}"].values) for n in ("stiffness", "damping", "worst_torque")
-    )
-    names = ("viscous", "spring")
-    ring = 'kind = "{}", inertia = "0.2 kg*m^2", damping = "{} N*m*s/rad"'
-    base = replaced(DAMPED, ("orders = { highest = 6 }", "orders = { highest = 3 }"))
-
-    def largest(stiffness: float, damping: float) -> float:
-        spring = f', stiffness = "{stiffness!r} N*m/rad"'
-        new = ring.format(names[1], repr(damping)) + spring
-        text = replaced(base, (ring.format(names[0], 30), new))
-        speeds = 'speeds = { from = "900 rpm", to = "1900 rpm", points = 201 }\n'
-        return float(value(of("", text, speeds).record, "largest/torque_half_range")[:3].max())
-
-    assert largest(k, c) == pytest.approx(worst, rel=1e-8)
-    assert min(largest(1.03 * k, c), largest(k, 0.97 * c)) > worst
-    table = float(record["damper_design/table/worst_torque"].values)
-    assert largest(2e4, 30.0) == pytest.approx(table, rel=1e-8)
-    assert float(record["damper_design/table/gain"].values) == pytest.approx(table / worst)
 
 
 def geared_ring(inertia: float) -> str:

@@ -1,5 +1,6 @@
-"""Claims: errors of shapes hold, and are small, where a mode fades; a largest value is found in the
-last step of a sweep; a gear without load counts the lower one of its torques."""
+"""Claims: errors of shapes hold, and are small, where a mode fades; a gear without load counts the
+lower one of its torques.
+"""
 
 import mpmath
 import numpy as np
@@ -8,8 +9,6 @@ from random_engines import random_engine
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.numerics.errors import with_errors
-from vibecalc.numerics.rounding import FloatArray, IntArray
-from vibecalc.torsion.critical_speeds import largest
 from vibecalc.torsion.line import chain, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 
@@ -41,23 +40,6 @@ def test_errors_of_a_shape_that_fades() -> None:
     twist = with_errors(lambda one: natural_modes(one).shape @ [1.0, -1.0, *6 * [0.0]], line)
     off = float(twist.error[-1])
     assert abs(rows[-1][0] - rows[-1][1]) <= 10.0 * off < 0.1 * modes.shape_error[-1]
-
-
-def test_largest_value_in_the_last_and_the_first_step() -> None:
-    speed, top = np.linspace(1.0, 10.0, 19), np.array([9.93, 1.004, 4.4])
-
-    def curve(at: FloatArray, place: FloatArray) -> FloatArray:
-        return np.asarray(100.0 / np.hypot(1.0, at - place))
-
-    def value(section: IntArray, at: FloatArray) -> FloatArray:
-        return curve(at, top[section][:, None])
-
-    seen = curve(speed[:, None], top)
-    assert np.argmax(seen[:, 0]) == 18 and np.argmax(seen[:, 1]) == 0
-    found = largest(value, seen, speed, np.zeros(0), np.full(3, np.nan))
-    assert np.all(np.abs(found.speed - top) <= found.speed_error)
-    assert np.all(found.speed_error < 1e-9)
-    np.testing.assert_allclose(found.value, 100.0, rtol=1e-14)
 
 
 def test_a_gear_without_load_counts_the_lower_torque() -> None:
