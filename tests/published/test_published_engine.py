@@ -52,3 +52,19 @@ def test_captions_name_frequencies_of_another_damper():
     assert softer[1] < source.OLD_FREQUENCY[8, 2] < frequency[1]
     for mode in (3, 4):
         assert softer[mode - 1] < frequency[mode - 1] < source.OLD_FREQUENCY[8, mode]
+
+
+@pytest.mark.parametrize(("freedoms", "mode"), source.CRITICAL_SPEED)
+def test_critical_speeds(freedoms, mode):
+    frequency, _ = line_modes(freedoms)
+    order = np.array(source.CRITICAL_W) / 2.0
+    found = frequency[mode - 1] / order
+    printed = np.array(source.CRITICAL_SPEED[freedoms, mode])
+    # of the frequency, or of the printed one rounded once more (135.049, 135.05, 135.1)
+    twice = (source.FREQUENCY_7 if freedoms == 7 else source.FREQUENCY_8)[mode - 1]
+    rounded = np.round(twice + 1e-9, 1) / order
+    right = (np.abs(found - printed) < 0.0501) | (np.abs(rounded - printed) < 0.0501)
+    # one slip of the keyboard: 89.9 for 98.9
+    swapped = (freedoms, mode) == (7, 4)
+    assert printed[~right].tolist() == ([89.9] if swapped else [])
+    assert np.round(found[~right], 1).tolist() == ([98.9] if swapped else [])
