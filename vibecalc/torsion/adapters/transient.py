@@ -470,6 +470,8 @@ _ABOUT, _POINTS = 6.0, 3000
 _HELD = 4_000_000
 #: radians of the fastest that is there between two points of a waterfall
 _RADIANS = 1.0
+#: points of a window at least, as far as there are so many
+_LEAST = 40.0
 
 
 def _emit_history(change: Change, section: int, when: float) -> None:
@@ -505,6 +507,8 @@ def _emit_waterfalls(change: Change, section: int) -> None:
     low = np.maximum(np.minimum(course.time_of(angle - reach), centre - 0.51 * width), 0.0)
     high = np.minimum(np.maximum(course.time_of(angle + reach), centre + 0.51 * width), total)
     limit = _RADIANS / max(float(order[-1]) * fastest, float(natural[-1]))
+    # the windows of a change of a few periods are short: they keep their points
+    limit = min(limit, width / _LEAST, turned / fastest / _LEAST)
     # windows that overlap share their samples, where these are few enough to be held at once
     count = sum(one.steps * points_in(run, number) for number, one in enumerate(run.blocks))
     few = count * run.torque_error.size <= _HELD
