@@ -390,10 +390,12 @@ def _mass(machine: Table) -> float:
 
 def _on_mass(generator: np.random.Generator, case: Table, mass: float, size: np.ndarray) -> Table:
     foundation = mass * _spread(generator, 0.3, 10.0)
+    own = case["machine"]["speed"] * _spread(generator, 0.2, 3.0)
     return {
         "kind": "mass",
         "mass": foundation,
-        "stiffness": foundation * (case["machine"]["speed"] * _spread(generator, 0.2, 3.0)) ** 2,
+        "stiffness": foundation * own**2,
+        "damping": 0.05 * foundation * own,
         "loss_factor": float(generator.uniform(0.02, 0.1)),
     }
 
