@@ -1,5 +1,5 @@
-"""Claim: mean squares under white noise are those of quadrature and of 40 digits, their optima
-those of a Newton iteration with 40 digits, and energy is accounted for.
+"""Claim: mean squares under white noise are those of quadrature and of 60 digits; their optima are
+those of closed forms, and no grid finds less.
 """
 
 import numpy as np
@@ -64,29 +64,6 @@ def test_error_estimate_holds_against_many_digits(kind):
             exact = exact_mean_square(kind, *ratios)
             assert abs(mpf(float(found.value)) - exact) <= mpf(float(found.error))
             assert float(found.error) <= 1e-13 * float(exact)
-
-
-def test_both_dampers_take_up_what_a_white_force_gives():
-    # the power of a white force is pi S / J1 whatever the system
-    rng = np.random.default_rng(5)
-    z1, m, k, z = 10.0 ** rng.uniform(-3.0, 1.0, (4, 500))
-    rate = mean_square(Absorber(z1, m, k, z), "force", "velocity").value
-    # relative velocity: the relative displacement of white ground velocity without its damper
-    relative = [
-        float(exact_mean_square("travel", *row)) for row in zip(z1[:3], m[:3], k[:3], z[:3],
-                                                                strict=True)
-    ]  # fmt: skip
-    travel = mean_square(Absorber(z1, m, k, z), "force", "relative_displacement").value
-    assert travel[:3] == pytest.approx(relative, rel=1e-12)
-
-    def density(t, row):
-        x = np.exp(t)
-        one = Absorber(*(a[row] for a in (z1, m, k, z)))
-        return np.abs(x * amplitude(one, x, "force", "relative_displacement")) ** 2 * x
-
-    for row in range(3):
-        slip = 2.0 * quad(density, -20.0, 30.0, args=(row,), limit=800, epsrel=1e-11)[0]
-        assert 2.0 * z1[row] * rate[row] + 2.0 * z[row] * slip == pytest.approx(np.pi, rel=1e-8)
 
 
 def test_limits_lock_free_and_viscous():

@@ -113,13 +113,6 @@ band = ["15 Hz", "58 Hz"]
     return text
 
 
-@cache
-def engine(speed: float = 0.0) -> Record:
-    """Its results."""
-    paths = [f"points/{name}{kind}" for name in QUANTITIES for kind in ("", "_peak", "_rms")]
-    return run_case(mounted(text_of_engine(speed)), wanted=frozenset(paths) if speed else None)
-
-
 def test_the_largest_rms_of_one_mass_is_that_of_its_formula() -> None:
     case = changed(
         point=[{"name": "middle", "position": [0.0, 0.0, 0.0], "direction": [0, 0, 1]}],

@@ -23,7 +23,6 @@ from vibecalc.measurement.signals import (
     Recording,
     Shaft,
     amplitudes_of_blocks,
-    mean_of_blocks,
     pulses_of,
     shaft_of_pulses,
     shaft_of_speed,
@@ -110,16 +109,6 @@ def test_the_edge_of_a_square_wave_lies_halfway_between_its_samples() -> None:
     # the record begins on an edge, which is not seen: the first pulse is a turn later
     lag = TURN * 24.7 * low.times - (low.angles + TURN)
     assert abs(np.mean(lag)) < low.zero < np.radians(0.15)
-
-
-def test_the_uncertainty_is_the_scatter_of_means() -> None:
-    rng = np.random.default_rng(6)
-    noise = 0.3 * rng.standard_normal((8, 4000)) + 0.1j * rng.standard_normal((8, 4000))
-    found = mean_of_blocks((2.0 + noise) * np.exp(1.2j))
-    turned = found.amplitudes * np.exp(-1.2j)
-    assert np.sqrt(np.mean(found.along**2)) == pytest.approx(0.3 / 8**0.5, rel=0.03)
-    assert np.std(turned.real) == pytest.approx(0.3 / 8**0.5, rel=0.03)
-    assert np.sqrt(np.mean(found.across**2)) == pytest.approx(np.std(turned.imag), rel=0.05)
 
 
 # ----------------------------------------------------------------------------

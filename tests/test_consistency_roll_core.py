@@ -200,57 +200,6 @@ def places(theta, beta):
     return found
 
 
-def moving(theta, beta):
-    """(mass, coordinate) of everything that has kinetic energy; angles count with a moment."""
-    parts = [(SHELL, theta), (SHAFT, theta + beta)]
-    rods = zip(places(theta, beta), PISTON, RODS, strict=True)
-    for (crank, wrist, rod), piston, (m, near, moment) in rods:
-        centre = [
-            a + (b - a) * mp.mpf(near) / mp.mpf(LENGTH) for a, b in zip(crank, wrist, strict=True)
-        ]
-        parts += [(piston, x) for x in wrist] + [(m, x) for x in centre] + [(moment, rod)]
-    return parts
-
-
-@cache
-def masses(beta: str):
-    """J, N, Q at a crank angle, from the velocities of all parts."""
-    at = mp.mpf(beta)
-    by_shell = [mp.diff(lambda x, i=i: moving(x, at)[i][1], 0) for i in range(len(moving(0, at)))]
-    by_crank = [
-        mp.diff(lambda x, i=i: moving(mp.mpf(0), x)[i][1], at) for i in range(len(by_shell))
-    ]
-    weight = [mp.mpf(m) for m, _ in moving(0, at)]
-    j = mp.fsum(m * a * a for m, a in zip(weight, by_shell, strict=True))
-    n = mp.fsum(m * a * b for m, a, b in zip(weight, by_shell, by_crank, strict=True))
-    q = mp.fsum(m * b * b for m, b in zip(weight, by_crank, strict=True))
-    return j, n, q
-
-
-def slopes(beta: float):
-    with mp.workdps(60):
-        step = mp.mpf(10) ** -15
-        up, down = (masses(mp.nstr(beta + k * step, 50)) for k in (1, -1))
-        return [(a - b) / (2 * step) for a, b in zip(up, down, strict=True)]
-
-
-@pytest.mark.parametrize("beta", [0.7, 3.3])
-def test_inertia_is_that_of_the_parts(beta: float) -> None:
-    found = inertia(machine(), np.array([beta]))
-    with mp.workdps(60):
-        j, n, q = masses(mp.nstr(mp.mpf(beta), 50))
-        determinant = j * q - n * n
-    assert found.shell[0] == pytest.approx(float(j), rel=1e-14)
-    assert found.coupling[0] == pytest.approx(float(n), rel=1e-14)
-    assert found.crank[0] == pytest.approx(float(q), rel=1e-14)
-    assert found.determinant[0] == pytest.approx(float(determinant), rel=1e-13)
-    j1, n1, q1 = (float(x) for x in slopes(beta))
-    scale = float(mp.mpf(PISTON[0])) * LENGTH * RADIUS
-    assert found.shell_slope[0] == pytest.approx(j1, abs=1e-13 * scale)
-    assert found.coupling_slope[0] == pytest.approx(n1, abs=1e-13 * scale)
-    assert found.crank_slope[0] == pytest.approx(q1, abs=1e-13 * scale)
-
-
 def moment_of(place: np.ndarray, force: np.ndarray) -> float:
     return float(place[0] * force[1] - place[1] * force[0])
 

@@ -9,13 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from long_but import long_but
+from roll_machines import SYNCHRONOUS, source_drive, source_machine, straight_drive
 from shipped_cases import CASES
 
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.core.results.tolerance import reached, tolerance_warning
 from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.errors import NumericalFailure, UsageError
+from vibecalc.roll.march import march_to_repeat
+from vibecalc.roll.mechanism import as_batch
+from vibecalc.roll.methods import fourier_state, shooting_state
 from vibecalc.roll.results import ROLL
 from vibecalc.roll.results import ROLL as ROOT
+from vibecalc.roll.steady import started_momentum
 
 FILES = ("roll_first_stage.csv", "roll_second_stage.csv", "roll_motor.csv")
 METHODS = ("fourier", "shooting", "dop853", "rk4", "euler")
@@ -202,3 +208,41 @@ def test_weak_harmonics_and_small_works_are_measured_by_the_whole() -> None:
     words = str(tolerance_warning(record, 1e-9))
     assert "crank_speed" in words and "energy/gas" in words
     assert reached(record[f"{ROOT}/energy/mounts"]) == pytest.approx(1e-6)
+
+
+# ----------------------------------------------------------------------------
+# Methods that come to no running state.
+# ----------------------------------------------------------------------------
+
+
+def test_no_running_state_is_said_in_words() -> None:
+    with pytest.raises(NumericalFailure, match="comes to a standstill"):
+        march_to_repeat(
+            source_machine(gas_scale=[3.5, 3.5]), straight_drive(), "rk4", started_at=SYNCHRONOUS
+        )
+    with pytest.raises(NumericalFailure, match="beyond the last of the motor's table"):
+        march_to_repeat(
+            source_machine(), straight_drive(holds=False), "euler", started_at=2.5 * SYNCHRONOUS
+        )
+    with pytest.raises(NumericalFailure, match="not come to a periodic state in 5 turns"):
+        march_to_repeat(
+            source_machine(),
+            straight_drive(),
+            "euler",
+            started_at=SYNCHRONOUS,
+            repeats=1e-14,
+            most=5,
+        )
+    with pytest.raises(UsageError, match="euler, rk4, dop853"):
+        march_to_repeat(source_machine(), straight_drive(), "heun", started_at=SYNCHRONOUS)
+
+
+@pytest.mark.long
+def test_a_method_without_a_solution_says_so() -> None:
+    machine = as_batch(source_machine(gas_scale=[3.2, 3.2]))
+    drive = source_drive(holds=True)
+    momentum = started_momentum(machine, SYNCHRONOUS)
+    with pytest.raises(NumericalFailure, match="finds no running state"):
+        fourier_state(machine, drive, 181, momentum)
+    with pytest.raises(NumericalFailure, match="shooting"):
+        shooting_state(machine, drive, 4, momentum)

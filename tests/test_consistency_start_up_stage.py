@@ -17,7 +17,6 @@ from shipped_cases import result_of
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.run.run import run_case
-from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.runge_kutta_march import march, sample
 from vibecalc.roll.mechanism import accelerations, as_batch, inertia
 from vibecalc.roll.model import build_roll, roll_drive
@@ -158,23 +157,6 @@ def test_a_machine_that_does_not_start_is_a_result_and_said() -> None:
     assert found is not None
     text = " ".join(" ".join(found.lines).split())
     assert "IT DOES NOT START within 0.5 s; it does not turn over" in text
-
-
-def test_a_slip_beyond_the_table_is_refused_with_the_way_out() -> None:
-    data = table(duration=0.5, crank_angle=1.0, load=None)
-    del data["machine"]["motor"]["extrapolation"]
-    with pytest.raises(
-        NumericalFailure, match=r"the gas turns it backward.*extrapolation = .hold."
-    ):
-        run(data)
-
-
-def test_friction_that_holds_the_crank_is_a_stall() -> None:
-    data = table(duration=0.2, load=None, crank_angle=1.5)
-    data["machine"]["friction"] = {"torque": 5000.0}
-    record = run(data)
-    assert value(record, "started") == 0
-    assert any("held by friction" in words for words in record.warnings)
 
 
 PEAKS = ("shell_angle", "shell_acceleration", "rotor_acceleration", "crank_speed", "mount_torque")

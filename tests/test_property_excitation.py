@@ -10,7 +10,6 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.balance import residual
 from vibecalc.excitation.inertia_forces import (
     at_speed,
-    inertia_torque,
     reciprocating_excitation,
     rotating_excitation,
 )
@@ -19,7 +18,6 @@ from vibecalc.parts.crank_train import build_crank_train
 
 RATIO = 0.3
 MOTION = motion(RATIO, 8)
-MASS, RADIUS = 0.4, 0.06
 
 
 def pistons(phases: object, **options: object) -> Bounded:
@@ -38,14 +36,6 @@ def test_a_shaft_above_the_highest_order_is_left_out_as_documented() -> None:
         highest_order=1,
     )
     assert np.abs(found.value).max() == pytest.approx(0.01, rel=1e-15)
-
-
-def test_classic_torque_amplitudes() -> None:
-    """First terms in powers of R/L as in Den Hartog, Mechanical Vibrations, section 5.2."""
-    lam = 1e-3
-    torque = inertia_torque(np.array([0.0, 1.0, lam / 4, 0.0]), 3).value
-    # T / (m R^2 w^2) = lam/4 sin a - 1/2 sin 2a - 3 lam/4 sin 3a; sin is -i in Re(T exp(i a)).
-    assert torque[1:] == pytest.approx([-0.25j * lam, 0.5j, 0.75j * lam], abs=1e-18)
 
 
 def test_residual_is_the_weighted_norm_and_its_error_covers_a_zero() -> None:
