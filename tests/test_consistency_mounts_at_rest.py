@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 
 from vibecalc.core.case.load import validate
 from vibecalc.errors import NumericalFailure
+from vibecalc.parts.body import build_body
 from vibecalc.parts.cautions import implausible
 from vibecalc.parts.mount_curves import Level, TangentByLoad
 
@@ -145,3 +146,78 @@ def test_loads_beyond_the_rows_and_bodies_adrift_are_failures() -> None:
     data["machine"]["body"]["parts"][0]["mass"] = 20000.0
     with pytest.raises(NumericalFailure, match=r"carries .* beyond its rows of load_deflection"):
         ran(data)
+
+
+# ----------------------------------------------------------------------------
+# Mounts that follow the frequency, in [response] as in [isolation].
+# ----------------------------------------------------------------------------
+
+
+ROWS = {
+    "frequency": [12.0, 50.0, 190.0, 750.0],
+    "stiffness_factor": [1.0, 1.15, 1.4, 2.1],
+    "loss_factor": [0.06, 0.09, 0.11, 0.2],
+}
+
+
+def test_response_has_the_modes_and_the_forces_of_isolation() -> None:
+    data = tables() | {"response": {}}
+    mounts = data["machine"]["mounts"]
+    del mounts["each"]["loss_factor"]
+    mounts["individual"] = [
+        {"name": str(n), "position": place, **({"over_frequency": ROWS} if n else {"damping": 9e2})}
+        for n, place in enumerate(mounts.pop("positions"))
+    ]
+    record = ran(data)
+    known = record["isolation/modes/natural_frequency"].values
+    assert record["response/modes/natural_frequency"].values == pytest.approx(known, rel=1e-12)
+    sent = record["isolation/support_force/steady_harmonics"].values.sum(axis=0).T
+    away = np.abs(record["response/ground_force"].values - sent)
+    assert away.max() < 1e-11 * np.abs(sent).max() and np.abs(sent).max() > 1.0
+
+
+# ----------------------------------------------------------------------------
+# The body of parts on them, wherever the datum stands, and as one with a block.
+# ----------------------------------------------------------------------------
+
+
+def moved(data: dict[str, object], by: np.ndarray) -> dict[str, object]:
+    """The same machine with all places measured from elsewhere."""
+    machine = data["machine"]
+    for part in machine["body"]["parts"]:
+        part["centre"] = (np.array(part["centre"]) + by).tolist()
+    machine["crank_train"]["origin"] = (np.array(machine["crank_train"]["origin"]) + by).tolist()
+    machine["mounts"]["datum"] = by.tolist()
+    return data
+
+
+@pytest.mark.parametrize("by", [[0.9, 0.1, -0.4], [-30.0, 200.0, 60.0]])
+def test_the_datum_changes_nothing_beyond_the_errors_stated(by: list[float]) -> None:
+    here, there = ran(tables()), ran(moved(tables(), np.array(by)))
+    for path in (
+        "isolation/modes/natural_frequency",
+        "isolation/modes/damping_ratio",
+        "isolation/support_displacement/static",
+        "isolation/support_force/static",
+        "isolation/support_force/steady_peak",
+        "body/moments",
+        "body/principal_moments",
+    ):
+        one, other = here[path], there[path]
+        allowed = one.error_estimate + other.error_estimate
+        assert np.abs(one.values - other.values).max() <= allowed, path
+        assert other.error_estimate < 1e-3 * np.abs(other.values).max(), path
+
+
+def test_mass_and_centre_given_are_a_body_of_one_part_and_a_block_another() -> None:
+    data = tables()
+    parts = data["machine"]["body"]["parts"]
+    block, rest = parts[2], parts[1]
+    data["machine"]["body"] = {"parts": [rest, block]}
+    given = {key: rest[key] for key in ("mass", "centre", "inertia", "inertia_products")}
+    position = {"mass": block["mass"], "box": block["box"], "position": block["centre"]}
+    assembled = build_body(validate(data).machine.body)
+    data["machine"]["body"] = {**given, "inertia_block": position}
+    body = build_body(validate(data).machine.body)
+    for name in ("mass", "centre", "mass_matrix", "inertia"):
+        assert getattr(body, name) == pytest.approx(getattr(assembled, name), rel=1e-13, abs=1e-12)
