@@ -7,29 +7,15 @@ Table 8 uses 352.6 for the first harmonic and 475.5 for the second.
 
 import numpy as np
 import pytest
-from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, source_load
-from roll_machines import RADIUS, ROTOR, SHELL, source_drive, source_machine
+from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, load_by_hand, source_load
+from roll_machines import RADIUS, ROTOR, SHELL
 from roll_page import GAINS, TABLE_8
 
-from vibecalc.excitation.gas_tables import force_at
 from vibecalc.roll.control.gains import UNCONTROLLED, evaluate, evaluate_at_speed, motor_gain_study
 from vibecalc.roll.control.loop import Controller, model_from_full
-from vibecalc.roll.mechanism import inertia
 
 #: what Table 8 was computed with
 TABLE_LOAD = source_load(352.6, 475.5)
-
-
-def torque_at_constant_speed():
-    """Harmonics of gas and inertia on the rotor at 92.76 rad/s, the shell held still: d_0, d_n."""
-    angle = np.arange(3600) * 2.0 * np.pi / 3600
-    machine, drive = source_machine(), source_drive()
-    part = inertia(machine, angle)
-    own = np.mod(angle[:, None] + machine.crank_angle_offset, 2.0 * np.pi)
-    gas = np.stack([force_at(drive.gas[i], own[:, i]) for i in range(2)], axis=-1)
-    torque = -np.sum(gas * part.stroke, axis=-1) - TARGET**2 * part.crank_slope / 2.0
-    harmonic = np.fft.rfft(torque) / len(angle)
-    return harmonic[0].real, 2.0 * harmonic[1:], part
 
 
 def test_table_8():
@@ -85,13 +71,13 @@ def test_figure_28_falls_with_the_gain_and_with_the_feedback():
 
 def test_the_exact_momentum_changes_the_reduced_levels_by_a_quarter_of_a_decibel():
     """Fig. 24 keeps the rotor on a fixed base; pistons and shell make up for each other."""
-    mean, harmonic, part = torque_at_constant_speed()
+    given, part = load_by_hand(TARGET)
     j, n, q = (np.mean(a) for a in (part.shell, part.coupling, part.crank))
     full = model_from_full(j, n, q, MOTOR_GAIN)
     assert full.inertia / SOURCE.inertia == pytest.approx(1.0043, abs=1e-4)
     assert full.ratio / SOURCE.ratio == pytest.approx(0.9763, abs=1e-4)
     assert n == pytest.approx(ROTOR, rel=1e-12) and RADIUS == 0.0635
-    load = TABLE_LOAD._replace(mean=mean, harmonics=harmonic[:4])
+    load = TABLE_LOAD._replace(mean=given.mean, harmonics=given.harmonics[:4])
     change = (
         evaluate(full, UNCONTROLLED, load).level.value
         - evaluate(SOURCE, UNCONTROLLED, load).level.value
