@@ -7,7 +7,7 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
-from exact_pendulum import kinetic_energy, place, rates
+from exact_pendulum import kinetic_energy, rates
 from long_but import long_but
 from scipy.integrate import solve_ivp
 from two_masses import amplitude
@@ -16,7 +16,6 @@ from vibecalc.absorber.pendulum_order import (
     Pendulum,
     detuning_coefficient,
     order_of_swing,
-    path,
     path_exponent,
     radius_for_order_with_rollers,
     terms,
@@ -61,18 +60,6 @@ def test_slopes_are_derivatives(pendulum):
     for name in ("carried", "coupling", "swing"):
         slope = getattr(aside, name).imag / 1e-30
         np.testing.assert_allclose(getattr(found, f"{name}_slope"), slope, rtol=1e-12, atol=1e-18)
-
-
-@pytest.mark.parametrize("bend", [0.0, 0.3, 0.9128, 1.0 - 1e-9, 1.0])
-def test_reach_and_pull_are_those_of_the_path(bend):
-    pendulum = POINT._replace(path_exponent=bend)
-    found = path(pendulum, np.asarray(0.8))
-    with mp.workdps(30):
-        x, y = place(pendulum, mp.mpf("0.8"))
-        reach = float(x * mp.cos(mp.mpf("0.8")) + y * mp.sin(mp.mpf("0.8")))
-        pull = float(y * mp.cos(mp.mpf("0.8")) - x * mp.sin(mp.mpf("0.8")))
-    assert found.reach == pytest.approx(reach, rel=1e-14)
-    assert found.pull == pytest.approx(pull, rel=1e-13)
 
 
 def swing_order(pendulum, angle):
