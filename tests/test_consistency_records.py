@@ -22,7 +22,6 @@ from vibecalc.measurement.signals import (
     Pulses,
     Recording,
     Shaft,
-    amplitudes_of_blocks,
     pulses_of,
     shaft_of_pulses,
     shaft_of_speed,
@@ -72,16 +71,6 @@ def test_a_speed_over_time_and_a_constant_one_give_the_same_angle() -> None:
     steady = Shaft(TURN * 20.0 * times, times)
     found = Recording(times, signal, 4, 20).blocks(steady).amplitudes[0, :, 8]
     assert found == pytest.approx(0.5 * np.exp(-1.0j), abs=1e-7)
-
-
-def test_the_mean_square_is_that_of_all_lines() -> None:
-    rng = np.random.default_rng(4)
-    samples = rng.standard_normal((3, 5 * 4 * 16))
-    found = amplitudes_of_blocks(samples, 16, 4, 32, "none")
-    weights = np.full(33, 0.5)
-    weights[0], weights[-1] = 1.0, 0.25  # the last one is counted twice, too
-    total = np.sum(weights * np.abs(found) ** 2, axis=-1)
-    assert total == pytest.approx(np.mean(samples.reshape(3, 5, 64) ** 2, axis=-1), rel=1e-12)
 
 
 def test_pulses_rise_through_the_threshold_and_noise_makes_none() -> None:

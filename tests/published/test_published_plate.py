@@ -6,9 +6,9 @@ here are the ones with which the tables come out.
 
 import numpy as np
 import pytest
-from plate_readings import LEVELS, PLACES, apart, by_the_source, source_rows
+from plate_readings import LEVELS, PLACES, by_the_source, source_rows
 from scipy.optimize import linprog
-from shipped_cases import result_of, table_of
+from shipped_cases import result_of
 
 from vibecalc.core.case.load import load_case
 from vibecalc.core.results.select import scalar
@@ -76,19 +76,6 @@ def harmonic_of(row):
     return int(where["order"]) if "order" in where else int(str(where["candidate"]).split()[0])
 
 
-@pytest.mark.parametrize("order", ORDERS)
-def test_the_general_solver_gives_the_permutations(order):
-    """Equations 32 and 33: the pairs (+/+) and (+/-), and nothing else."""
-    rows = source_rows()
-    widths = np.full(5, 0.05)
-    sizes = amplitude_of(LEVELS[order], REFERENCE)
-    found = level_motions(rows, sizes, widths, rows[0], widths)
-    assert len(found) == 2
-    for sign in (1.0, -1.0):
-        wanted = motion_of(LEVELS[order], sign)
-        assert min(apart(wanted, one.motion) for one in found) < 1e-12
-
-
 @pytest.mark.parametrize(("row", "value", "unit"), references(), ids=lambda one: "")
 def test_the_case_is_what_the_source_computes(row, value, unit):
     """The run of the case and the equations of the source agree to rounding."""
@@ -140,15 +127,6 @@ def test_every_entry_within_the_rounding_of_the_readings(order):
         move = move + solution.x[:5]
     assert np.max(np.abs(move)) < 0.05
     assert np.max(np.abs(entries(move) - printed)) < 0.0415
-
-
-def test_readings_of_the_case():
-    """The five readings stand in the case, and the sixth chooses."""
-    table = table_of("roll_measured")["measurement"]
-    solving = [row["level"] for row in table["readings"] if row.get("use", "solve") == "solve"]
-    np.testing.assert_array_equal(np.array(solving).T, [LEVELS[order] for order in ORDERS])
-    (choosing,) = [row for row in table["readings"] if row.get("use") == "choose"]
-    assert (choosing["at"], choosing["level"]) == ("6", [107.5, 93.0, 78.6])
 
 
 def test_position_5_at_either_of_its_places_predicts_the_others_as_well():
