@@ -129,26 +129,6 @@ def test_the_temperature_at_which_an_oil_is_right():
     )
 
 
-def test_an_oil_scales_with_the_units_at_its_own_points_only():
-    """Length, mass and time times 2, 3 and 5: the damping goes with m L^2 / T. Between the points
-    the line is a fit in mm^2/s, and without an expansion so is the density in kg/m^3."""
-    length, mass, time = 2.0, 3.0, 5.0
-    gap = RingGap(*(length * part for part in GAP[:5]))
-
-    def ratio(temperature, expansion):
-        plain = Oil("plain", LINE, 870.0, expansion)
-        viscosities = tuple(length**2 / time * one for one in LINE.viscosity)
-        other = Oil(
-            "scaled", Walther(LINE.temperature, viscosities), 870.0 * mass / length**3, expansion
-        )
-        both = (oil_damping(plain, GAP, temperature), oil_damping(other, gap, temperature))
-        return float(both[1].value / both[0].value) / (mass * length**2 / time)
-
-    assert ratio(313.15, 7e-4) == pytest.approx(1.0, rel=1e-13)
-    assert abs(ratio(293.15, 7e-4) - 1.0) > 1e-3
-    assert abs(ratio(313.15, None) - 1.0) > 1e-3
-
-
 ROD = OverhungRod(200e9 * 2.0432e-8, 6.7 / 1.7, 1.6, 0.1)
 MASS, POLAR = np.array([13.8, 23.5, 37.3]), np.array([0.179, 0.297, 0.465])
 

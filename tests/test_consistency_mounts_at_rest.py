@@ -18,26 +18,6 @@ from vibecalc.parts.cautions import implausible
 from vibecalc.parts.mount_curves import Level, TangentByLoad
 
 CURVE = {"deflection": [-0.002, 0.0, 0.002, 0.004, 0.007], "load": [-300, 0, 500, 1400, 4500]}
-STOPS = {"down": 0.0035, "up": 0.004, "stiffness": 3e6}
-
-
-def with_mounts(kind: str) -> dict:
-    """The set on mounts of some kind, all but the last one alike."""
-    data = tables()
-    mounts = data["machine"]["mounts"]
-    places = mounts.pop("positions")
-    static = {
-        "cubic": {"dynamic_to_static": 1.4, "cubic_stiffness": 8e9},
-        "curve": {"dynamic_to_static": 1.2, "load_deflection": CURVE},
-        "stops": {"cubic_stiffness": 1e8, "stops": STOPS},
-    }[kind]
-    mounts["each"] |= {"static": static, "damping": 300.0}
-    mounts["individual"] = [
-        {"name": f"m{n}", "position": place, "orientation": [0.2 * s, -0.1 * s, 0.0]}
-        for n, (place, s) in enumerate(zip(places, (1, -1, 1, -1), strict=True))
-    ]
-    mounts["individual"][3]["static"] = {"axis": "z"}  # straight, as its dynamic stiffness
-    return data
 
 
 def in_the_middle(**properties: object) -> dict:
@@ -111,7 +91,8 @@ def test_the_warning_of_the_sag_is_that_of_the_load_over_deflection() -> None:
 
 
 def test_loads_beyond_the_rows_and_bodies_adrift_are_failures() -> None:
-    data = with_mounts("curve")
+    data = tables()
+    data["machine"]["mounts"]["each"]["static"] = {"load_deflection": CURVE}
     data["machine"]["body"]["parts"][0]["mass"] = 20000.0
     with pytest.raises(NumericalFailure, match=r"carries .* beyond its rows of load_deflection"):
         ran(data)

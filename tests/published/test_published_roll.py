@@ -18,6 +18,7 @@ from herold_numbers import (
     program,
 )
 from herold_simulation import hexadecimal, open_tables, simulate
+from pages import shows
 from roll_machines import (
     FIRST_MASS,
     GRAVITY,
@@ -58,12 +59,6 @@ TABLE_6 = (
 POUND_SQUARE_FOOT = 0.45359237 * 0.3048**2
 
 
-def prints(text: str, value: float) -> bool:
-    """The value, rounded to the digits of the text, is the text."""
-    decimals = len(text.partition(".")[2])
-    return abs(value - float(text)) <= 0.5000001 * 10.0**-decimals
-
-
 def test_level_of_appendix_a() -> None:
     """Nine of ten to the printed digit in his arithmetic, order 8 .002 dB beside it."""
     single, double = program(single=True), program()
@@ -81,7 +76,7 @@ def test_lag_of_appendix_a() -> None:
 def test_drift_of_the_angular_momentum() -> None:
     """.0029 % is what six digits of base 16 lose; double precision leaves -.00018 %."""
     assert program(single=True).drift == pytest.approx(0.0029, abs=0.00015)
-    assert prints("0.003", program(single=True).drift)
+    assert shows("0.003", program(single=True).drift)
     assert program().drift == pytest.approx(-0.00018, abs=0.000005)
 
 
@@ -250,7 +245,7 @@ def test_a_light_rotor(inertia_of_rotor: float, levels: dict[int, float]) -> Non
     for order, level in levels.items():
         assert found[order - 1] == pytest.approx(level, abs=0.01)
     if inertia_of_rotor < 0.3:
-        assert prints("-10", found[1]) and prints("-5", found[2]) and prints("-2.4", found[3])
+        assert shows("-10", found[1]) and shows("-5", found[2]) and shows("-2.4", found[3])
         assert abs(found[0] + 8.5) > 3.0
 
 
@@ -260,14 +255,14 @@ def test_equation_97() -> None:
     Right are 345.6 and 472.2 N m in place of 352.6 and 488.2.
     """
     found = disturbance(92.76)
-    assert prints("-303.3", found[0].real)
+    assert shows("-303.3", found[0].real)
     lag = np.degrees(np.angle(found)) % 360.0
     assert 271.0 < lag[1] < 272.0
     assert lag[2] == pytest.approx(64.7, abs=0.2)
-    assert prints("345.6", abs(found[1]))
-    assert prints("472.2", abs(found[2]))
+    assert shows("345.6", abs(found[1]))
+    assert shows("472.2", abs(found[2]))
     closed = disturbance(92.76, gas="parabola")
-    assert prints("-303.2", closed[0].real)
+    assert shows("-303.2", closed[0].real)
 
 
 # ----------------------------------------------------------------------------
