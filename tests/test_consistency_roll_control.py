@@ -1,5 +1,5 @@
 """Claim: speed, amplitudes and levels of the controlled machine are those of its equations: in
-forty digits, marched in time with lag and delay, and by its laws of similarity.
+forty digits, and marched in time with lag and delay; tuned gains are the best allowed.
 """
 
 from functools import cache
@@ -112,21 +112,6 @@ def test_the_machine_marched_in_time_settles_to_the_amplitudes():
     seen = np.array([part[0] - 1j * part[1], part[2] - 1j * part[3]])
     np.testing.assert_allclose(seen, found.harmonics.rotor_speed.value, rtol=3e-5)
     assert np.max(np.abs(basis @ part - history[late])) < 1e-4 * np.max(np.abs(seen))
-
-
-@pytest.mark.parametrize(("factor", "grows"), [(0.8, False), (1.2, True)])
-def test_the_machine_marched_in_time_diverges_where_the_delay_margin_ends(factor, grows):
-    load = source_load(0.0, 0.0)
-    kept = float(speed_feedback_for(SOURCE, 10.0, load.reference, load.mean, TARGET).value)
-    controller = Controller(10.0, kept, 0.02, 2e-3, 1e-4)
-    more = float(evaluate(SOURCE, controller, load).margins.delay.value)
-    late = controller._replace(delay=1e-4 + factor * more)
-    assert evaluate(SOURCE, late, load).margins.stable == (not grows)
-    time, history, _ = marched(late, load, 4, 8)
-    third = len(time) // 3
-    before = np.max(np.abs(history[third : 2 * third]))
-    after = np.max(np.abs(history[2 * third :]))
-    assert (after > 1.5 * before) == grows and (after < 0.7 * before) == (not grows)
 
 
 @pytest.mark.parametrize("delay", [pytest.param(0.0, marks=pytest.mark.long), 3e-4])

@@ -1,11 +1,10 @@
-"""Claim: a switched or reversed machine moves as a general integrator and high precision say, and
-transients converge where they should: quadrature, slow ramps, damping through critical.
+"""Claim: a switched or reversed machine moves as quadrature and high precision say, through
+critical damping too; its peaks and settling are those of a plain search.
 """
 
 import mpmath
 import numpy as np
 import pytest
-from long_but import long_but
 from switching_machines import (
     BOTH,
     ONLY_A,
@@ -18,7 +17,6 @@ from switching_machines import (
     modal_loads,
     motion,
     one_mode,
-    transient,
 )
 
 from vibecalc.response.switching.follow import passages
@@ -131,20 +129,6 @@ def test_work_is_energy_gained_and_energy_lost() -> None:
     exchanged = weight @ np.abs(power)
     assert lost > 0.01 * exchanged
     assert abs(weight @ power - np.diff(stored)[0] - lost) < 1e-12 * exchanged
-
-
-@pytest.mark.parametrize("step", long_but([1e-4, 1e-7, 1e-10, 1e-14], 1e-4, 1e-10))
-def test_damping_passes_critical_smoothly(step: float) -> None:
-    loads = compressor_loads(6)
-    profile = [SpeedSegment(0.1, SPEED, 0.2 * SPEED, BOTH), SpeedSegment(0.1, 72.2, 72.2, ONLY_A)]
-    profile[1] = profile[1]._replace(
-        start_speed=profile[0].end_speed, end_speed=profile[0].end_speed
-    )
-    below, at, above = (transient(compressor(1.0 + s), loads, profile) for s in (-step, 0.0, step))
-    for side in (below, above):
-        off = np.abs(side.peaks.height.value / at.peaks.height.value - 1.0)
-        assert np.all(off < 3.0 * step + 1e-11)
-        assert side.settled.value == pytest.approx(at.settled.value, rel=3.0 * step + 1e-9)
 
 
 # ----------------------------------------------------------------------------
