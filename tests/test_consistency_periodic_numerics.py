@@ -1,4 +1,4 @@
-"""Claim: periodic solutions agree with shooting and closed forms."""
+"""Claim: periodic solutions agree with shooting and closed forms, each member of a batch alone."""
 
 import numpy as np
 from periodic_problems import TURN, friction_problem, linear_rhs
@@ -44,6 +44,30 @@ def test_kinked_friction_against_integration_that_stops_at_the_kinks():
     assert stops == crossings
     multiplier = floquet_multipliers(problem, found).value[0, 0].real
     assert abs(y - found.left[0, 0, 0]) / (1.0 - multiplier) < 1e-11
+
+
+def test_thresholds_may_differ_between_members():
+    bound = np.array([-0.3, 0.05, 0.6])
+
+    def problem(at):
+        at = np.reshape(at, (-1, 1, 1))
+
+        def rhs(x, y, piece):
+            v = y[..., 0]
+            above = v >= at if piece is None else piece[..., None] > 0
+            slope = np.where(above, 6.0, 1.0) * np.ones_like(v)
+            f = np.sin(x) + 0.4 * np.cos(2.0 * x) - at - slope * (v - at)
+            return f[..., None], -slope[..., None, None]
+
+        return PeriodicProblem(rhs, EDGES, lambda y: y[..., 0], at[:, 0])
+
+    together = solve_periodic(problem(bound), 8, np.zeros((3, 1)))
+    for member in range(3):
+        alone = solve_periodic(problem(bound[member]), together.points, [0.0])
+        assert np.abs(alone.left[0, 0] - together.left[member, 0]).max() < 1e-13
+    # at a kink stands an edge, and the values at edges are on it
+    on = np.abs(together.ends[..., 0] - bound[:, None]).min(axis=1)
+    assert np.all(on < 1e-9)
 
 
 def test_an_unstable_solution_is_found_to_round_off():
