@@ -9,7 +9,6 @@ from functools import cache
 import numpy as np
 import pytest
 from array_machines import as_read, changed, designed, hold, keys_of, paths_of
-from long_but import long_but
 from shipped_cases import CASES
 from sweep_blocks import quantities
 
@@ -95,7 +94,7 @@ def test_the_cases_have_every_key_and_every_result() -> None:
     assert set(paths_of(machine("free"))) == set(TOGETHER)
 
 
-@pytest.mark.parametrize("name", long_but(FULL, "dressed"))
+@pytest.mark.parametrize("name", FULL)
 def test_all_keys_at_once_and_every_result(name: str) -> None:
     axes = []
     for key in known_keys(name):
