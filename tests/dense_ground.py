@@ -82,6 +82,7 @@ def two_mass_results(dense: Dense) -> Iterator[Expected]:
         force = dense.speed**2 * dense.train.shaking[count.astype(int), :3] @ on.up
         mounts = np.einsum("i,mnij,j->m", on.up, on.mounts.passing(rate), on.up)
         under = given["stiffness"] * (1.0 + 1j * given["loss_factor"])
+        under = under + 1j * rate * given["damping"]
         system = np.zeros((len(rate), 2, 2), dtype=complex)
         system[:, 0, 0] = mounts - rate**2 * on.solid.mass
         system[:, 1, 1] = mounts + under - rate**2 * given["mass"]

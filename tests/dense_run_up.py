@@ -76,7 +76,7 @@ def _of_run_up(dense: Dense) -> OnMounts:
     return dense.mounted if dense.foundation in ("body", "mass") else dense.rigid
 
 
-def _at(dense: Dense, speeds: np.ndarray) -> Moved:
+def at_speeds(dense: Dense, speeds: np.ndarray) -> Moved:
     """Motion at speeds (s,), each part (s, m, ...)."""
     rate = np.outer(speeds, dense.order)
     load = np.array([dense.train.loads(float(speed)) for speed in speeds])
@@ -88,11 +88,11 @@ def run_up_results(dense: Dense) -> Iterator[Expected]:
     path = "isolation/support_force/run_up"
     speeds, values = dense.axis(path, 1), np.asarray(dense.record[path].values)
     chosen = _some(len(speeds), values.max(axis=0))
-    moved = _at(dense, speeds[chosen])
-    yield Expected(path, _forces(dense, moved).T, at=(slice(None), chosen))
+    moved = at_speeds(dense, speeds[chosen])
+    yield Expected(path, mount_forces(dense, moved).T, at=(slice(None), chosen))
     top = np.asarray(dense.record[f"{path}_peak"].values)
     where = np.asarray(dense.record[f"{path}_peak_speed"].values)
-    yield Expected(f"{path}_peak", np.diag(_forces(dense, _at(dense, where))))
+    yield Expected(f"{path}_peak", np.diag(mount_forces(dense, at_speeds(dense, where))))
     mounts, order = dense.rigid.mounts, dense.order
     if dense.deep:
         maximum = highest(dense, lambda m: np.moveaxis(m.force, 1, -1), int(np.argmax(top)))
@@ -101,7 +101,7 @@ def run_up_results(dense: Dense) -> Iterator[Expected]:
         root = "isolation/mounts/run_up"
         travel = np.asarray(dense.record[f"{root}_travel"].values)
         where = np.asarray(dense.record[f"{root}_travel_speed"].values)
-        along = np.einsum("smni,ni->snm", _at(dense, where).deflection, mounts.axis)
+        along = np.einsum("smni,ni->snm", at_speeds(dense, where).deflection, mounts.axis)
         yield Expected(f"{root}_travel", np.diag(peak(along, order)))
 
         def stretched(m: Moved) -> np.ndarray:
@@ -115,13 +115,13 @@ def run_up_results(dense: Dense) -> Iterator[Expected]:
         root = "isolation/run_up/maxima"
         mount = np.asarray(dense.record[f"{root}/mount"].values).astype(int) - 1
         where = np.asarray(dense.record[f"{root}/speed"].values)
-        force = _forces(dense, _at(dense, where))[range(len(where)), mount]
+        force = mount_forces(dense, at_speeds(dense, where))[range(len(where)), mount]
         yield Expected(f"{root}/force", force)
     if "point" in dense.case:
         yield from _points_in_run_up(dense)
 
 
-def _forces(dense: Dense, moved: Moved) -> np.ndarray:
+def mount_forces(dense: Dense, moved: Moved) -> np.ndarray:
     """Largest force (speeds, mounts) over the cycle."""
     return longest(np.moveaxis(moved.force, 1, -1), dense.order)
 
@@ -145,7 +145,7 @@ def _points_in_run_up(dense: Dense) -> Iterator[Expected]:
 
     def signals(speeds: np.ndarray) -> list[np.ndarray]:
         """Each (speeds, readings, m)."""
-        found = dense.signals(_at(dense, speeds).body, np.outer(speeds, order))
+        found = dense.signals(at_speeds(dense, speeds).body, np.outer(speeds, order))
         return [np.moveaxis(one, 0, 1) for one in found]
 
     def rms(speeds: np.ndarray) -> list[np.ndarray]:
@@ -203,7 +203,7 @@ def highest(dense: Dense, vectors: Callable[[Moved], np.ndarray], place: int) ->
     met = (frequency[:, None] * near)[..., None] / dense.order
     speeds = np.unique([*np.linspace(low, high, 160), *met[(met > low) & (met < high)]])
     found = np.concatenate(
-        [vectors(_at(dense, part))[:, place] for part in np.array_split(speeds, 12)]
+        [vectors(at_speeds(dense, part))[:, place] for part in np.array_split(speeds, 12)]
     )
     bound = np.sqrt(np.square(np.abs(found).sum(axis=-1)).sum(axis=-1))
     heights = np.zeros(len(speeds))
@@ -213,7 +213,7 @@ def highest(dense: Dense, vectors: Callable[[Moved], np.ndarray], place: int) ->
         heights[n] = float(longest(found[n], dense.order))
 
     def height(speed: float) -> float:
-        return float(longest(vectors(_at(dense, np.array([speed])))[0, place], dense.order))
+        return float(longest(vectors(at_speeds(dense, np.array([speed])))[0, place], dense.order))
 
     best = float(heights.max())
     for n in np.argsort(-heights)[:12]:

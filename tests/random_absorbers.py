@@ -1,7 +1,7 @@
 """Seeded random primaries with one or more absorbers, as case tables, given or tuned."""
 
 import numpy as np
-from random_machines import Table
+from random_machines import Table, spread
 
 RTOLS = (1e-3, 1e-6, 1e-9, 1e-12)
 PAIRS = (
@@ -16,7 +16,7 @@ def random_absorber(seed: int) -> Table:
     """A whole case for `validate`; one absorber, of every third seed several."""
     random = np.random.default_rng([seed, 11])
     several = seed % 3 == 2
-    z1 = 0.0 if random.random() < 0.25 else _spread(random, 1e-4, 0.4)
+    z1 = 0.0 if random.random() < 0.25 else spread(random, 1e-4, 0.4)
     table: Table = {
         "schema": 1,
         "title": f"random absorber {seed}",
@@ -25,27 +25,21 @@ def random_absorber(seed: int) -> Table:
     }
     if random.random() < 0.4:
         table["machine"]["primary"] |= {
-            "inertia": _spread(random, 0.01, 100.0), "stiffness": _spread(random, 1.0, 1e7),
+            "inertia": spread(random, 0.01, 100.0), "stiffness": spread(random, 1.0, 1e7),
         }  # fmt: skip
     (_several if several else _one)(random, table, z1, tuned=random.random() < 0.65)
     _response(random, table, several)
     return table
 
 
-def _spread(random: np.random.Generator, low: float, high: float) -> float:
-    return float(np.exp(random.uniform(np.log(low), np.log(high))))
-
-
 def _one(random: np.random.Generator, table: Table, z1: float, *, tuned: bool) -> None:
-    m = _spread(random, 0.005, 1.0)
+    m = spread(random, 0.005, 1.0)
     secondary: Table = {"mass_ratio": m}
     table["machine"]["secondary"] = secondary
     if not tuned:
-        secondary["stiffness_ratio"] = (
-            0.0 if random.random() < 0.15 else m * _spread(random, 0.2, 5)
-        )
+        secondary["stiffness_ratio"] = 0.0 if random.random() < 0.15 else m * spread(random, 0.2, 5)
         secondary["damping_over_primary_critical"] = (
-            0.0 if random.random() < 0.15 else m * _spread(random, 0.01, 2)
+            0.0 if random.random() < 0.15 else m * spread(random, 0.01, 2)
         )
         return
     tuning = _tuning(random)
@@ -87,13 +81,13 @@ def _several(random: np.random.Generator, table: Table, z1: float, *, tuned: boo
     count = 2 if tuned else int(random.integers(2, 4))
     rows = []
     for number in range(count):
-        m = _spread(random, 0.01, 0.2)
+        m = spread(random, 0.01, 0.2)
         row: Table = {"name": f"a{number}", "mass_ratio": m}
         if number and random.random() < 0.3:
             row["on"] = f"a{int(random.integers(number))}"
         if not tuned:
-            row["stiffness_ratio"] = m * _spread(random, 0.3, 3.0)
-            row["damping_over_primary_critical"] = m * _spread(random, 0.01, 1.0)
+            row["stiffness_ratio"] = m * spread(random, 0.3, 3.0)
+            row["damping_over_primary_critical"] = m * spread(random, 0.01, 1.0)
         rows.append(row)
     table["machine"]["secondaries"] = rows
     if tuned:
@@ -105,7 +99,7 @@ def _several(random: np.random.Generator, table: Table, z1: float, *, tuned: boo
 def _response(random: np.random.Generator, table: Table, several: bool) -> None:
     options: Table = {"limits": bool(random.random() < 0.3)}
     if random.random() < 0.3:
-        options["vary"] = {"primary_damping": [_spread(random, 1e-3, 0.3), 0.05]}
+        options["vary"] = {"primary_damping": [spread(random, 1e-3, 0.3), 0.05]}
         if not several and random.random() < 0.5:
             options["vary"] = {"mass_ratio": [0.02, 0.3]}
     if "tuning" not in table:

@@ -47,13 +47,13 @@ def without_damping(case: Table) -> Table:
     return case
 
 
-def _spread(generator: np.random.Generator, low: float, high: float) -> float:
+def spread(generator: np.random.Generator, low: float, high: float) -> float:
     return float(np.exp(generator.uniform(np.log(low), np.log(high))))
 
 
 def _crank_train(generator: np.random.Generator) -> Table:
     count = int(generator.integers(1, 9))
-    radius = _spread(generator, 0.02, 0.2)
+    radius = spread(generator, 0.02, 0.2)
     even = generator.random() < 0.35
     phases = np.radians(np.arange(count) * 360.0 / count)
     if even:
@@ -63,7 +63,7 @@ def _crank_train(generator: np.random.Generator) -> Table:
     banks = generator.choice([0.0, np.pi / 4]) * (-1.0) ** np.arange(count)
     spacing = radius * generator.uniform(2.0, 4.0)
     places = (np.arange(count) - 0.5 * (count - 1)) * spacing
-    mass = _spread(generator, 0.1, 5.0)
+    mass = spread(generator, 0.1, 5.0)
     axis, stroke = generator.permutation(["x", "y", "z"])[:2].tolist()
     cylinders: list[Table] = [
         {
@@ -169,9 +169,9 @@ def _mounts(
 ) -> Table:
     """Natural frequencies of a thirtieth to three times the speed, damping light to heavy."""
     count = int(generator.integers(3, most + 1))
-    frequency = speed * _spread(generator, 0.03, 3.0)
+    frequency = speed * spread(generator, 0.03, 3.0)
     stiffness = mass * frequency**2 / count
-    ratio = _spread(generator, 1e-4, 0.5)
+    ratio = spread(generator, 1e-4, 0.5)
     viscous = generator.random() < 0.6
     each: Table = {"stiffness": stiffness}
     if viscous:
@@ -270,7 +270,7 @@ def _pressure(generator: np.random.Generator, start: float, cycle: float) -> Tab
     """Rows over a cycle with a peak after the top, of two to fifty bar."""
     angle = np.append(np.linspace(0.0, cycle, 12, endpoint=False), [0.15, 0.4, cycle])
     angle = np.sort(angle) + start
-    peak = _spread(generator, 2e5, 5e6)
+    peak = spread(generator, 2e5, 5e6)
     away = np.remainder(angle + 0.5 * cycle, cycle) - 0.5 * cycle
     pressure = peak / (1.0 + 6.0 * (away - 0.2) ** 2) * generator.uniform(0.9, 1.1, len(angle))
     pressure[-1] = pressure[0]
@@ -324,7 +324,7 @@ def _of_pump(generator: np.random.Generator, case: Table) -> None:
     bore = train["bore"] = train["crank_radius"] * float(generator.uniform(0.5, 1.0))
     train["pump_cycle"] = {
         "suction_pressure": float(generator.uniform(1e5, 5e5)),
-        "discharge_pressure": _spread(generator, 2e6, 5e7),
+        "discharge_pressure": spread(generator, 2e6, 5e7),
         "bulk_modulus": float(generator.uniform(1e9, 2e9)),
         "dead_volume": float(bore**2 * train["crank_radius"] * generator.uniform(0.3, 3.0)),
     }
@@ -389,17 +389,19 @@ def _mass(machine: Table) -> float:
 
 
 def _on_mass(generator: np.random.Generator, case: Table, mass: float, size: np.ndarray) -> Table:
-    foundation = mass * _spread(generator, 0.3, 10.0)
+    foundation = mass * spread(generator, 0.3, 10.0)
+    own = case["machine"]["speed"] * spread(generator, 0.2, 3.0)
     return {
         "kind": "mass",
         "mass": foundation,
-        "stiffness": foundation * (case["machine"]["speed"] * _spread(generator, 0.2, 3.0)) ** 2,
+        "stiffness": foundation * own**2,
+        "damping": 0.05 * foundation * own,
         "loss_factor": float(generator.uniform(0.02, 0.1)),
     }
 
 
 def _on_body(generator: np.random.Generator, case: Table, mass: float, size: np.ndarray) -> Table:
-    own = float(mass * _spread(generator, 0.3, 5.0))
+    own = float(mass * spread(generator, 0.3, 5.0))
     speed = case["machine"]["speed"]
     springs = _mounts(generator, own + mass, speed, 2.0 * size, most=6)
     springs["each"]["loss_factor"] = 0.05
@@ -427,7 +429,7 @@ def _on_tables(generator: np.random.Generator, case: Table, mass: float, size: n
         return {key: {"frequency": rate.tolist(), "real": real.tolist(),
                       "imaginary": imaginary.tolist()}}  # fmt: skip
 
-    ratio = _spread(generator, 0.5, 20.0)
+    ratio = spread(generator, 0.5, 20.0)
     rows: list[Table] = []
     for direction in "xyz":
         if generator.random() < 0.8 or not rows:
@@ -452,7 +454,7 @@ def _base_motion(generator: np.random.Generator, speed: float) -> Table:
         turning = str(generator.choice(["angle", "angular_velocity", "angular_acceleration"]))
         at = {"order": 0.5 * (n + 1)}
         if n % 2 == 0:
-            at = {"frequency": speed * _spread(generator, 0.1, 5.0)}
+            at = {"frequency": speed * spread(generator, 0.1, 5.0)}
         harmonics.append({
             "name": f"harmonic {n}",
             **at,

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from random_machines import Table, random_machine
+from random_machines import Table, random_machine, spread
 
 MODELS = ("planar", "planar", "rigid_body", "pitch")
 RTOLS = (1e-3, 1e-6, 1e-9)
@@ -24,7 +24,7 @@ def random_pump(seed: int) -> Table:
     train["cylinders"] = train["cylinders"][: int(generator.integers(1, 4))]
     moved = train.get("reciprocating_mass", 2.0 * train.get("piston_mass", 0.0))
     long = (4.0 * moved / (np.pi * DENSITY * train["crank_radius"])) ** 0.5
-    train["bore"] = float(long * _spread(generator, 0.5, 2.0))
+    train["bore"] = float(long * spread(generator, 0.5, 2.0))
     train["pump_cycle"] = _pump_cycle(generator, train)
     _asked(generator, table)
     if model == "planar":
@@ -32,14 +32,10 @@ def random_pump(seed: int) -> Table:
     return table
 
 
-def _spread(generator: np.random.Generator, low: float, high: float) -> float:
-    return float(np.exp(generator.uniform(np.log(low), np.log(high))))
-
-
 def _pump_cycle(generator: np.random.Generator, train: Table) -> Table:
     """A liquid from stiff to soft, of which something is drawn in every turn."""
-    rise = _spread(generator, 2e5, 1e8)
-    strain = _spread(generator, 1e-5, 0.3)
+    rise = spread(generator, 2e5, 1e8)
+    strain = spread(generator, 1e-5, 0.3)
     if generator.random() < 0.6:
         strain = rise / float(generator.uniform(1.2e9, 2.3e9))  # water and oil
     swept = 0.5 * np.pi * train["bore"] ** 2 * train["crank_radius"]
@@ -49,7 +45,7 @@ def _pump_cycle(generator: np.random.Generator, train: Table) -> Table:
         "suction_pressure": suction,
         "discharge_pressure": suction + rise,
         "bulk_modulus": rise / strain,
-        "dead_volume": float(min(swept * _spread(generator, 0.03, 3.0), most)),
+        "dead_volume": float(min(swept * spread(generator, 0.03, 3.0), most)),
     }
     if generator.random() < 0.3:
         found["outside_pressure"] = float(generator.uniform(0.9e5, 3e5))

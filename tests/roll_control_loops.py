@@ -2,11 +2,12 @@
 
 import numpy as np
 from mpmath import mp, mpc, mpf
+from roll_machines import GRAVITY, SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.roll.control.gains import LoopLoad
 from vibecalc.roll.control.loop import Controller, Loop, ReducedModel, source_model
+from vibecalc.roll.mechanism import Inertia, gas_forces, gas_torque, inertia
 
-GRAVITY = 9.8066
 MOTOR_GAIN = 203.4
 SOURCE = source_model(20.7 / GRAVITY, 1488.0 / GRAVITY, MOTOR_GAIN)
 TARGET = 94.25 - 303.3 / MOTOR_GAIN
@@ -16,6 +17,19 @@ def source_load(first: float = 345.6, second: float = 472.2) -> LoopLoad:
     """The torque of the source's eq. 97; its phases are lags, so they are subtracted."""
     phase = np.exp(-1j * np.radians([271.0, 64.7]))
     return LoopLoad(94.25, -303.3, np.array([first, second]) * phase)
+
+
+def load_by_hand(speed: float) -> tuple[LoopLoad, Inertia]:
+    """Of gas and inertia at a constant speed, the shell held still, and the inertias of the turn.
+
+    Sums over even angles: kinks of the gas tables leave some 1e-5 of the torque.
+    """
+    angle = np.arange(7200) * np.pi / 3600.0
+    machine, drive = source_machine(), source_drive()
+    part = inertia(machine, angle)
+    torque = gas_torque(part, gas_forces(machine, drive, angle)) - 0.5 * speed**2 * part.crank_slope
+    harmonic = np.fft.rfft(torque) / len(angle)
+    return LoopLoad(SYNCHRONOUS, harmonic[0].real, 2.0 * harmonic[1:11]), part
 
 
 def random_loops(seed: int, count: int, late: bool) -> tuple[ReducedModel, Controller]:

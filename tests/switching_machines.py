@@ -4,22 +4,19 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import ong_tables as ong
+from impact_machines import INCH, LENGTH, MASS, RADIUS, SPEED
 from scipy.integrate import solve_ivp
 
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded, bounded
-from vibecalc.numerics.linear import Linear
 from vibecalc.response.modes import modes
 from vibecalc.response.switching.follow import Transient, follow, worst_instant
 from vibecalc.response.switching.motion import Followed, follow_profile
 from vibecalc.response.switching.system import ModalLoads, ModalSystem, SpeedSegment
 from vibecalc.response.switching.system import modal_loads as loads_on_modes
 
-INCH, POUND_FORCE, POUND = 0.0254, 4.4482216152605, 0.45359237
-SPEED = 361.0
-RADIUS, ROD = 0.5 * INCH, 2.375 * INCH
-MASS = (0.659 + 0.075 + 0.131 * 0.625 / 2.375) * POUND
 BOTH, ONLY_A, ONLY_B, IDLE = range(4)
 REVERSAL = [
     SpeedSegment(0.4, SPEED, 0.0, BOTH),
@@ -43,37 +40,16 @@ def modal_loads(system: ModalSystem, loads: Loads) -> ModalLoads:
     return loads_on_modes(system, loads.orders, bounded(loads.per_speed_squared), count)
 
 
-def compressor_matrices() -> Linear:
-    """Mass and stiffness of Ong's two-cylinder compressor (2000, chapter 4), in SI."""
-    mass = np.diag([0.206, 0.206, 0.206, 3.37, 2.97, 1.45])
-    mass[4, 5] = mass[5, 4] = -0.49
-    stiffness = np.array(
-        [
-            [1328.0, 18.9, 14.1, 101.0, -2123.0, 385.0],
-            [18.9, 1355.0, 36.4, 2246.0, -141.0, 96.7],
-            [14.1, 36.4, 1079.0, -115.0, -159.0, 32.9],
-            [101.0, 2246.0, -115.0, 23046.0, -903.0, 382.0],
-            [-2123.0, -141.0, -159.0, -903.0, 30870.0, -2006.0],
-            [385.0, 96.7, 32.9, 382.0, -2006.0, 14486.0],
-        ]
-    )
-    length = np.array([1.0] * 3 + [INCH] * 3)
-    # every rotation, as row or column, brings a lever in inches
-    scale = POUND_FORCE / INCH * np.outer(length, length)
-    none = np.zeros((6, 6))
-    return Linear(mass * scale, stiffness * scale, none, none, none, none, none, none)
-
-
 def compressor(ratio: float | np.ndarray = 0.03) -> ModalSystem:
     """Its modes, with one damping ratio for all or one each."""
-    found = modes(compressor_matrices())
+    found = modes(ong.si_matrices())
     ratios = np.broadcast_to(np.asarray(ratio, dtype=float), (6,)).copy()
     return ModalSystem(found.shape, found.natural_frequency, ratios)
 
 
 def compressor_loads(highest_order: int = 24) -> Loads:
     """Pistons A and B, only A, only B, none."""
-    harmonics = motion_harmonics(RADIUS / ROD, highest_order)
+    harmonics = motion_harmonics(RADIUS / LENGTH, highest_order)
     working = np.array([[1.0, 1.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
     excitation = reciprocating_excitation(
         harmonics,

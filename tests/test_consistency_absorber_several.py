@@ -10,7 +10,7 @@ from two_masses import amplitude
 
 from vibecalc.absorber.modal import driven, fitted, highest, magnitude, one_mode, tops_within
 from vibecalc.absorber.transfer import EXCITATIONS, RESPONSES, Absorber
-from vibecalc.absorber.tuning.band import _in_order, band_tuning
+from vibecalc.absorber.tuning.band import band_tuning
 from vibecalc.absorber.tuning.levels import BandProblem
 from vibecalc.errors import NumericalFailure
 
@@ -127,9 +127,3 @@ def test_damped_primary_beyond_the_threshold_has_a_set_of_optima():
 def test_a_response_that_grows_without_bound_is_refused():
     with pytest.raises(NumericalFailure, match="without bound"):
         band_tuning(problem(0.1, [0.05, 0.05], (), "unbalance", "velocity"))
-
-
-def test_absorbers_that_nothing_tells_apart_come_by_rising_stiffness():
-    point = np.array([0.3, 0.5, 0.1, 1.0, 2.0, 3.0])
-    ordered = _in_order(problem(0.0, [0.05, 0.02, 0.05]), point)
-    assert ordered.tolist() == [0.1, 0.5, 0.3, 3.0, 2.0, 1.0]

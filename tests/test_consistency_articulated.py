@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import mpmath
 import numpy as np
 import pytest
 from crank_trains import over_turn, slopes
@@ -159,42 +158,6 @@ def test_the_moment_of_two_point_masses_adds_nothing() -> None:
     for path in ("excitation/force", "excitation/couple"):
         off = np.abs(found[path].values - expected[path].values)
         assert np.all(off <= found[path].error_estimate + expected[path].error_estimate)
-
-
-def test_motion_by_the_constraint_in_forty_digits() -> None:
-    rods = SlaveRods(0.07, 0.25, 0.01, *(np.array([[one]]) for one in (
-        0.4, 0.2, 1.7, 0.06, 1.4, 0.19,
-    )))  # fmt: skip
-
-    def knuckle_pin(t: Any) -> Any:
-        local = t + mpmath.mpf(0.4) - mpmath.mpf(0.2)
-        tilt = mpmath.asin((mpmath.mpf(0.01) - mpmath.mpf(0.07) * mpmath.sin(local)) / 0.25)
-        pin = mpmath.mpf(0.07) * mpmath.expj(t + mpmath.mpf(0.4))
-        knuckle = pin + mpmath.mpf(0.06) * mpmath.expj(tilt + mpmath.mpf(0.2) + mpmath.mpf(1.4))
-        return knuckle * mpmath.expj(-mpmath.mpf(1.7))
-
-    def angle_of_rod(t: Any) -> Any:
-        return mpmath.asin((mpmath.mpf(0.01) - knuckle_pin(t).imag) / mpmath.mpf(0.19))
-
-    def place(t: Any) -> Any:
-        back = knuckle_pin(t)
-
-        def gap(s: Any) -> Any:
-            return abs(mpmath.mpc(s, mpmath.mpf(0.01)) - back) ** 2 - mpmath.mpf(0.19) ** 2
-
-        return mpmath.findroot(gap, back.real + mpmath.mpf(0.19))
-
-    with mpmath.workdps(40):
-        for angle in (0.3, 2.1, 4.4):
-            found = slave_motion(rods, np.array([angle]))
-            exact = [mpmath.diff(place, mpmath.mpf(angle), order) for order in range(3)]
-            turned = [mpmath.diff(angle_of_rod, mpmath.mpf(angle), order) for order in (1, 2)]
-            for one, value in zip((found.turn, found.bend), turned, strict=True):
-                assert one[0, 0] == pytest.approx(float(value), abs=1e-13)
-            for one, value in zip(found[:3], exact, strict=True):
-                assert one[0, 0] == pytest.approx(
-                    float(value), abs=3e-15 + 1e-14 * abs(float(value))
-                )
 
 
 @pytest.mark.parametrize("count", [4, 9])

@@ -97,15 +97,6 @@ def test_a_rod_that_the_crank_drives_adds_nothing_but_its_own_inertia():
     )
 
 
-def test_a_crank_pin_with_play_frees_the_rod():
-    play = "{clearance='1e-3 in', stiffness='1e6 lbf/in'}"
-    machine = case_of(f"machine.joints.crank_pin={play}").machine
-    joints = build_joints(machine, None)
-    assert joints.linkage.rod_mass == pytest.approx(ROD_MASS, rel=1e-12)
-    assert joints.linkage.mass == pytest.approx(MASS - ROD_MASS, rel=1e-12)
-    assert joints.reciprocating_mass == pytest.approx(MASS, rel=1e-12)
-
-
 def test_forces_nearby_the_impacts(exact):
     # half of the two pistons' second order, which adds where their throws are opposite
     shaking = value(exact, "shaking")

@@ -17,8 +17,6 @@ from vibecalc.excitation.induction_motor_flux import (
     torque_answer,
 )
 from vibecalc.excitation.induction_motor_identify import (
-    parameter_names,
-    torque_sensitivity,
     transient_inductance,
     with_stator_leakage,
 )
@@ -65,37 +63,6 @@ def _exact(motor, slip):
     y = 1 / magnetising + sum(x / (mpmath.mpf(r) + x * mpmath.mpf(ll)) for r, ll in rotor)
     d = mpmath.mpc(0, line) + (stator + mpmath.mpc(0, line * leakage)) * y
     return mpmath.mpf(3) / 2 * p * voltage**2 * y.imag / abs(d) ** 2
-
-
-@both
-def test_sensitivities_are_derivatives_by_the_logarithms(motor):
-    slips = SLIPS[SLIPS > 0.1]
-    ours = torque_sensitivity(motor, slips)
-    names = parameter_names(motor.rotor_resistance.size)
-    assert ours.shape == (slips.size, len(names))
-
-    def scaled(column, factor):
-        change = np.ones(len(names))
-        change[column] = factor
-        cages = motor.rotor_resistance.size
-        return motor._replace(
-            stator_resistance=motor.stator_resistance * change[0],
-            stator_leakage=motor.stator_leakage * change[1],
-            magnetising_inductance=motor.magnetising_inductance * change[2],
-            rotor_resistance=motor.rotor_resistance * change[3 : 3 + cages],
-            rotor_leakage=motor.rotor_leakage * change[3 + cages :],
-        )
-
-    for column in range(len(names)):
-        steps = [1e-3, 2e-3]
-        near, far = (
-            (steady_torque(scaled(column, np.exp(h)), slips).value
-             - steady_torque(scaled(column, np.exp(-h)), slips).value) / (2 * h)
-            for h in steps
-        )  # fmt: skip
-        estimate = (4.0 * near - far) / 3.0
-        size = np.max(np.abs(ours))
-        assert np.allclose(ours[:, column], estimate, rtol=0, atol=1e-10 * size)
 
 
 @both

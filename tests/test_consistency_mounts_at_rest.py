@@ -10,74 +10,14 @@ import pytest
 from mounted_sets import ran, tables
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
-from scipy.optimize import brentq
 
 from vibecalc.core.case.load import validate
 from vibecalc.errors import NumericalFailure
+from vibecalc.parts.body import build_body
 from vibecalc.parts.cautions import implausible
 from vibecalc.parts.mount_curves import Level, TangentByLoad
 
 CURVE = {"deflection": [-0.002, 0.0, 0.002, 0.004, 0.007], "load": [-300, 0, 500, 1400, 4500]}
-STOPS = {"down": 0.0035, "up": 0.004, "stiffness": 3e6}
-
-
-def with_mounts(kind: str) -> dict:
-    """The set on mounts of some kind, all but the last one alike."""
-    data = tables()
-    mounts = data["machine"]["mounts"]
-    places = mounts.pop("positions")
-    static = {
-        "cubic": {"dynamic_to_static": 1.4, "cubic_stiffness": 8e9},
-        "curve": {"dynamic_to_static": 1.2, "load_deflection": CURVE},
-        "stops": {"cubic_stiffness": 1e8, "stops": STOPS},
-    }[kind]
-    mounts["each"] |= {"static": static, "damping": 300.0}
-    mounts["individual"] = [
-        {"name": f"m{n}", "position": place, "orientation": [0.2 * s, -0.1 * s, 0.0]}
-        for n, (place, s) in enumerate(zip(places, (1, -1, 1, -1), strict=True))
-    ]
-    mounts["individual"][3]["static"] = {"axis": "z"}  # straight, as its dynamic stiffness
-    return data
-
-
-def test_one_mount_by_hand() -> None:
-    """Four equal mounts under a body in their middle: a cube, and a straight stop."""
-    data = tables()
-    data["machine"]["body"]["parts"] = [
-        {"name": "all", "mass": 800.0, "centre": [0.9, 0.0, 0.3], "inertia": [40, 90, 100]}
-    ]
-    weight, k, cubic = 200.0 * 9.80665, 4e5 / 1.3, 5e9
-    each = data["machine"]["mounts"]["each"]
-    each["static"] = {"dynamic_to_static": 1.3, "cubic_stiffness": cubic}
-    record = ran(data)
-    sag = brentq(lambda u: k * u + cubic * u**3 - weight, 0.0, 0.01, xtol=1e-16)
-    assert record["isolation/support_displacement/static"].values == pytest.approx(sag, rel=1e-12)
-    assert record["isolation/support_force/static"].values == pytest.approx(weight, rel=1e-12)
-    tangent = k + 3.0 * cubic * sag**2
-    assert record["isolation/mounts/static_stiffness"].values == pytest.approx(tangent, rel=1e-12)
-    stiffness = record["isolation/mounts/stiffness"].values
-    assert stiffness == pytest.approx(1.3 * tangent, rel=1e-12)
-    heave = np.sqrt(4.0 * 1.3 * tangent / 800.0)
-    frequency = record["isolation/modes/natural_frequency"].values
-    assert np.abs(frequency / heave - 1.0).min() < 1e-12
-
-    each["static"] = {"stops": {"down": 0.004, "stiffness": 2e6}}
-    record = ran(data)
-    deep = (weight + 2e6 * 0.004) / (4e5 + 2e6)
-    assert record["isolation/mounts/deflection"].values == pytest.approx(deep, rel=1e-12)
-    left = record["isolation/mounts/clearance_at_rest"].values
-    assert left == pytest.approx(0.004 - deep, rel=1e-9)
-    assert any("stands on its stop at rest" in text for text in record.warnings)
-
-    each["static"] = {"dynamic_to_static": 1.25}  # the sag alone changes
-    given = ran(data)
-    del each["static"]
-    plain = ran(data)
-    for path, ratio in (
-        ("isolation/support_displacement/static", 1.25),
-        ("isolation/support_force/steady_peak", 1.0),
-    ):
-        assert given[path].values == pytest.approx(ratio * plain[path].values, rel=1e-12)
 
 
 def in_the_middle(**properties: object) -> dict:
@@ -88,6 +28,16 @@ def in_the_middle(**properties: object) -> dict:
     ]
     data["machine"]["mounts"]["each"] = {"loss_factor": 0.1, **properties}
     return data
+
+
+def test_a_straight_stop_by_hand() -> None:
+    data = in_the_middle(stiffness=4e5, static={"stops": {"down": 0.004, "stiffness": 2e6}})
+    record = ran(data)
+    deep = (200.0 * 9.80665 + 2e6 * 0.004) / (4e5 + 2e6)
+    assert record["isolation/mounts/deflection"].values == pytest.approx(deep, rel=1e-12)
+    left = record["isolation/mounts/clearance_at_rest"].values
+    assert left == pytest.approx(0.004 - deep, rel=1e-9)
+    assert any("stands on its stop at rest" in text for text in record.warnings)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +91,83 @@ def test_the_warning_of_the_sag_is_that_of_the_load_over_deflection() -> None:
 
 
 def test_loads_beyond_the_rows_and_bodies_adrift_are_failures() -> None:
-    data = with_mounts("curve")
+    data = tables()
+    data["machine"]["mounts"]["each"]["static"] = {"load_deflection": CURVE}
     data["machine"]["body"]["parts"][0]["mass"] = 20000.0
     with pytest.raises(NumericalFailure, match=r"carries .* beyond its rows of load_deflection"):
         ran(data)
+
+
+# ----------------------------------------------------------------------------
+# Mounts that follow the frequency, in [response] as in [isolation].
+# ----------------------------------------------------------------------------
+
+
+ROWS = {
+    "frequency": [12.0, 50.0, 190.0, 750.0],
+    "stiffness_factor": [1.0, 1.15, 1.4, 2.1],
+    "loss_factor": [0.06, 0.09, 0.11, 0.2],
+}
+
+
+def test_response_has_the_modes_and_the_forces_of_isolation() -> None:
+    data = tables() | {"response": {}}
+    mounts = data["machine"]["mounts"]
+    del mounts["each"]["loss_factor"]
+    mounts["individual"] = [
+        {"name": str(n), "position": place, **({"over_frequency": ROWS} if n else {"damping": 9e2})}
+        for n, place in enumerate(mounts.pop("positions"))
+    ]
+    record = ran(data)
+    known = record["isolation/modes/natural_frequency"].values
+    assert record["response/modes/natural_frequency"].values == pytest.approx(known, rel=1e-12)
+    sent = record["isolation/support_force/steady_harmonics"].values.sum(axis=0).T
+    away = np.abs(record["response/ground_force"].values - sent)
+    assert away.max() < 1e-11 * np.abs(sent).max() and np.abs(sent).max() > 1.0
+
+
+# ----------------------------------------------------------------------------
+# The body of parts on them, wherever the datum stands, and as one with a block.
+# ----------------------------------------------------------------------------
+
+
+def moved(data: dict[str, object], by: np.ndarray) -> dict[str, object]:
+    """The same machine with all places measured from elsewhere."""
+    machine = data["machine"]
+    for part in machine["body"]["parts"]:
+        part["centre"] = (np.array(part["centre"]) + by).tolist()
+    machine["crank_train"]["origin"] = (np.array(machine["crank_train"]["origin"]) + by).tolist()
+    machine["mounts"]["datum"] = by.tolist()
+    return data
+
+
+@pytest.mark.parametrize("by", [[0.9, 0.1, -0.4], [-30.0, 200.0, 60.0]])
+def test_the_datum_changes_nothing_beyond_the_errors_stated(by: list[float]) -> None:
+    here, there = ran(tables()), ran(moved(tables(), np.array(by)))
+    for path in (
+        "isolation/modes/natural_frequency",
+        "isolation/modes/damping_ratio",
+        "isolation/support_displacement/static",
+        "isolation/support_force/static",
+        "isolation/support_force/steady_peak",
+        "body/moments",
+        "body/principal_moments",
+    ):
+        one, other = here[path], there[path]
+        allowed = one.error_estimate + other.error_estimate
+        assert np.abs(one.values - other.values).max() <= allowed, path
+        assert other.error_estimate < 1e-3 * np.abs(other.values).max(), path
+
+
+def test_mass_and_centre_given_are_a_body_of_one_part_and_a_block_another() -> None:
+    data = tables()
+    parts = data["machine"]["body"]["parts"]
+    block, rest = parts[2], parts[1]
+    data["machine"]["body"] = {"parts": [rest, block]}
+    given = {key: rest[key] for key in ("mass", "centre", "inertia", "inertia_products")}
+    position = {"mass": block["mass"], "box": block["box"], "position": block["centre"]}
+    assembled = build_body(validate(data).machine.body)
+    data["machine"]["body"] = {**given, "inertia_block": position}
+    body = build_body(validate(data).machine.body)
+    for name in ("mass", "centre", "mass_matrix", "inertia"):
+        assert getattr(body, name) == pytest.approx(getattr(assembled, name), rel=1e-13, abs=1e-12)

@@ -22,8 +22,6 @@ from vibecalc.measurement.signals import (
     Pulses,
     Recording,
     Shaft,
-    amplitudes_of_blocks,
-    mean_of_blocks,
     pulses_of,
     shaft_of_pulses,
     shaft_of_speed,
@@ -75,16 +73,6 @@ def test_a_speed_over_time_and_a_constant_one_give_the_same_angle() -> None:
     assert found == pytest.approx(0.5 * np.exp(-1.0j), abs=1e-7)
 
 
-def test_the_mean_square_is_that_of_all_lines() -> None:
-    rng = np.random.default_rng(4)
-    samples = rng.standard_normal((3, 5 * 4 * 16))
-    found = amplitudes_of_blocks(samples, 16, 4, 32, "none")
-    weights = np.full(33, 0.5)
-    weights[0], weights[-1] = 1.0, 0.25  # the last one is counted twice, too
-    total = np.sum(weights * np.abs(found) ** 2, axis=-1)
-    assert total == pytest.approx(np.mean(samples.reshape(3, 5, 64) ** 2, axis=-1), rel=1e-12)
-
-
 def test_pulses_rise_through_the_threshold_and_noise_makes_none() -> None:
     times = np.linspace(0.0, 3.0, 31)
     ramps = 4.0 * (times % 1.0)  # from 0 to 3.6, then down at once
@@ -110,16 +98,6 @@ def test_the_edge_of_a_square_wave_lies_halfway_between_its_samples() -> None:
     # the record begins on an edge, which is not seen: the first pulse is a turn later
     lag = TURN * 24.7 * low.times - (low.angles + TURN)
     assert abs(np.mean(lag)) < low.zero < np.radians(0.15)
-
-
-def test_the_uncertainty_is_the_scatter_of_means() -> None:
-    rng = np.random.default_rng(6)
-    noise = 0.3 * rng.standard_normal((8, 4000)) + 0.1j * rng.standard_normal((8, 4000))
-    found = mean_of_blocks((2.0 + noise) * np.exp(1.2j))
-    turned = found.amplitudes * np.exp(-1.2j)
-    assert np.sqrt(np.mean(found.along**2)) == pytest.approx(0.3 / 8**0.5, rel=0.03)
-    assert np.std(turned.real) == pytest.approx(0.3 / 8**0.5, rel=0.03)
-    assert np.sqrt(np.mean(found.across**2)) == pytest.approx(np.std(turned.imag), rel=0.05)
 
 
 # ----------------------------------------------------------------------------

@@ -71,20 +71,6 @@ def test_largest_acceleration_against_digits(geometry):
     assert true_error <= ours.error <= 1e-14 * ours.value
 
 
-def test_no_crank_angle_has_more_than_the_largest_acceleration():
-    random = np.random.default_rng(6)
-    angle = np.linspace(0.0, 2.0 * np.pi, 4001)
-    for _ in range(200):
-        offset = random.uniform(-0.98, 0.98)
-        radius = random.uniform(0.001, 0.999) * (1.0 - abs(offset))
-        sine = radius * np.sin(angle) - offset
-        cosine = np.sqrt(1.0 - sine**2)
-        slope = radius * np.cos(angle) / cosine
-        bend = (-radius * np.sin(angle) + sine * slope**2) / cosine
-        largest = largest_rod_acceleration(radius, 1.0, offset).value
-        assert np.abs(bend).max() == pytest.approx(largest, rel=1e-9)
-
-
 @pytest.mark.parametrize(
     ("lengths", "order", "words"),
     [

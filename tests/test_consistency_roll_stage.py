@@ -2,11 +2,18 @@
 what a run of the machine so changed says, or is lost with the reason.
 """
 
+import copy
+from typing import Any
+
 import numpy as np
 import pytest
+from response_machines import run, shipped
 from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
 from shipped_cases import result_of
 
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import (
@@ -15,6 +22,7 @@ from vibecalc.roll.adapters.readings import (
 )
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.report.advice import parameter_words
+from vibecalc.roll.report.running import shaking
 from vibecalc.roll.running import motion_of_state, running_state
 from vibecalc.roll.sensitivity import altered, changes, parameters
 from vibecalc.roll.steady import SteadyTurn
@@ -25,40 +33,29 @@ def seen_of(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> Machin
     return MachineTurn(machine, drive, state.turn, motion_of_state(machine, drive, state))
 
 
-def random_machine(random: np.random.Generator) -> tuple[RollMachine, RollDrive]:
-    mounted = random.random() < 0.3
-    machine = source_machine(
-        gas_scale=random.uniform(0.3, 1.4, 2),
-        rotor_inertia=ROTOR * 10.0 ** random.uniform(-0.2, 1.0),
-        shell_inertia=10.0 ** random.uniform(0.7, 2.5),
-        rod_length=random.uniform(0.08, 0.6),
-        wrist_pin_offset=random.choice([0.0, 0.005]),
-        crank_angle_offset=[0.0, random.choice([np.pi, 0.5 * np.pi])],
-        friction_damping=random.choice([0.0, 0.3]),
-        piston_friction=random.choice([0.0, 100.0]),
-        shell_stiffness=3e5 if mounted else 0.0,
-        shell_damping=2e3 if mounted else 0.0,
-    )
-    drive = source_drive(
-        str(random.choice(["linear", "parabola", "cubic", "trigonometric"])),
-        str(random.choice(["linear", "parabola", "monotone"])),
-        holds=True,
-    )
-    return as_batch(machine), drive
-
-
-def test_peaks_are_no_lower_than_any_value_of_the_turn() -> None:
-    random = np.random.default_rng(8)
-    for _ in range(2):
-        machine, drive = random_machine(random)
-        running = running_state(machine, drive, rtol=1e-8, orders=10)
-        seen = seen_of(machine, drive, running.state)
-        angles = np.linspace(0.0, 2.0 * np.pi, 20001)
-        read = readings(machine, drive, seen.motion(angles))
-        for name, (tops, left) in peaks_of(seen).items():
-            dense = np.abs(np.asarray(getattr(read, name))[0]).max(axis=0)
-            assert np.all(tops + left >= dense * (1.0 - 1e-9))
-            assert np.all(tops <= dense * (1.0 + 1e-4))
+@pytest.mark.parametrize(
+    ("fields", "gas", "motor"),
+    [
+        ({"gas_scale": [1.3, 0.5], "rod_length": 0.1, "wrist_pin_offset": 0.005,
+          "crank_angle_offset": [0.0, 0.5 * np.pi], "friction_damping": 0.3,
+          "piston_friction": 100.0}, "parabola", "monotone"),
+        ({"shell_stiffness": 3e5, "shell_damping": 2e3, "rotor_inertia": 5.0 * ROTOR,
+          "shell_inertia": 20.0}, "trigonometric", "linear"),
+    ],
+    ids=["offset", "mounted"],
+)  # fmt: skip
+def test_peaks_are_no_lower_than_any_value_of_the_turn(
+    fields: dict[str, object], gas: str, motor: str
+) -> None:
+    machine, drive = as_batch(source_machine(**fields)), source_drive(gas, motor, holds=True)
+    running = running_state(machine, drive, rtol=1e-8, orders=10)
+    seen = seen_of(machine, drive, running.state)
+    angles = np.linspace(0.0, 2.0 * np.pi, 20001)
+    read = readings(machine, drive, seen.motion(angles))
+    for name, (tops, left) in peaks_of(seen).items():
+        dense = np.abs(np.asarray(getattr(read, name))[0]).max(axis=0)
+        assert np.all(tops + left >= dense * (1.0 - 1e-9))
+        assert np.all(tops <= dense * (1.0 + 1e-4))
 
 
 def test_levels_below_their_error_are_zero() -> None:
@@ -146,3 +143,95 @@ def test_a_rod_that_would_not_reach_over_the_crank_is_lost_with_the_reason() -> 
     assert dict(more.lost).get("crank_radius") == "the rod is too short for the crank"
     assert dict(less.lost).get("rod_length") == "the rod is too short for the crank"
     assert "rotor_inertia" in more.parameters
+
+
+# ----------------------------------------------------------------------------
+# The textbook's shaking is that of the crank train at the speed found.
+# ----------------------------------------------------------------------------
+
+
+SHAKING = "response/roll/shaking/"
+
+
+def table(name: str, **options: Any) -> dict[str, Any]:
+    found = copy.deepcopy(shipped(name))
+    found["response"]["roll"] = {"orders": 6, "classical": True} | options
+    found.pop("limit", None), found.pop("reference", None), found.pop("reference_table", None)
+    return found
+
+
+def placed() -> dict[str, Any]:
+    """The two-stage machine with its cylinders apart, and a counterweight."""
+    found = table("roll")
+    train = found["machine"]["crank_train"]
+    for cylinder, place in zip(train["cylinders"], ("-90 mm", "110 mm"), strict=True):
+        cylinder["position"] = place
+    train["counterweights"] = [
+        {"name": "web", "unbalance": "0.2 kg*m", "phase": "170 deg", "position": "-150 mm"}
+    ]
+    return found
+
+
+def at_speed(data: dict[str, Any], speed: float) -> Record:
+    """The same crank train at a given speed, as a case that asks for its forces."""
+    train = copy.deepcopy(data["machine"]["crank_train"])
+    for cylinder in train["cylinders"]:
+        cylinder.pop("gas_force")
+    train.pop("gas_interpolation")
+    machine = {"kind": "compressor", "speed": speed, "crank_train": train}
+    case = {
+        "schema": 1,
+        "title": "forces",
+        "machine": machine,
+        "excitation": {"orders": 12, "driven_machine": "cancels_torque"},
+    }
+    return run(case)
+
+
+def test_force_and_couple_are_those_of_the_crank_train() -> None:
+    data = placed()
+    record = run(data)
+    speed = float(record["response/roll/speed"].values)
+    alone = at_speed(data, speed)
+    for name in ("force", "couple"):
+        found, known = record[SHAKING + name], alone[f"excitation/{name}"]
+        assert found.values.shape == (6, 3)
+        size = float(np.max(np.abs(known.values)))
+        assert size > 100.0
+        np.testing.assert_allclose(found.values, known.values[:6], atol=1e-9 * size)
+        assert found.error_estimate < 1e-8 * size
+        peak, other = record[f"{SHAKING}{name}_peak"], alone[f"excitation/{name}_peak"]
+        assert np.max(np.abs(peak.values - other.values)) <= (
+            peak.error_estimate + other.error_estimate + 1e-9 * size
+        )
+
+
+def test_one_piston_less_shakes() -> None:
+    data = table("roll_balanced")
+    data["excitation"] = {"working": ["upper"], "idle": "stopped"}
+    record = run(data)
+    mass, radius, rod = 10.676483184793915, 0.0635, 0.2921
+    speed = float(record["response/roll/speed"].values)
+    # the largest acceleration of a piston is at top dead centre, where it is exactly this
+    known = mass * radius * speed**2 * (1.0 + radius / rod)
+    peak = float(record[SHAKING + "force_peak"].values[2])
+    assert peak == pytest.approx(known, rel=1e-6)
+    assert f"{peak:.4g} N along z" in " ".join(" ".join(shaking(record)).split())
+
+
+def test_cylinders_in_one_place_are_said_where_couples_count() -> None:
+    words = "no couple between them"
+    assert any(words in text for text in machine_warnings(validate(table("roll"))))
+    assert not any(
+        words in text for text in machine_warnings(validate(table("roll", classical=False)))
+    )
+    assert not any(words in text for text in machine_warnings(validate(placed())))
+
+
+@pytest.mark.parametrize("step", ["0.5 ms", "5 ms"])
+def test_a_step_that_no_method_uses_is_a_caution(step: str) -> None:
+    case = validate(table("roll", step=step))
+    (text,) = [text for text in machine_warnings(case) if "response.roll.step" in text]
+    assert "has no effect" in text and "euler and rk4" in text
+    used = validate(table("roll", step="0.5 ms", compare=["rk4"]))
+    assert not any("response.roll.step" in text for text in machine_warnings(used))

@@ -7,15 +7,12 @@ symmetry.
 import numpy as np
 import pytest
 from long_but import long_but
-from roll_machines import FIRST_MASS, SHELL, SYNCHRONOUS, source_drive, source_machine
+from roll_machines import SHELL, SYNCHRONOUS, source_drive, source_machine
 from scipy.integrate import solve_ivp
 
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.level import level_of
-from vibecalc.roll.adapters.readings import MachineTurn, spectra_of
 from vibecalc.roll.between_kinks import running
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, inertia
-from vibecalc.roll.running import Running, motion_of_state, running_state
+from vibecalc.roll.running import Running, running_state
 from vibecalc.roll.steady import started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, level, mean, readings
 
@@ -31,21 +28,6 @@ def found(machine: RollMachine, drive: RollDrive = DRIVE, rtol: float = 1e-10, *
 def levels(machine: RollMachine, turn: Turn, drive: RollDrive = DRIVE) -> np.ndarray:
     read = readings(as_batch(machine), drive, turn, pistons=False)
     return level(harmonics(turn, read.shell_acceleration, ORDERS))[0]
-
-
-def test_a_machine_of_equal_halves_has_no_odd_harmonics() -> None:
-    machine = source_machine(reciprocating_mass=[FIRST_MASS] * 2)
-    drive = source_drive(equal=True)
-    state = found(machine, drive, started_at=SYNCHRONOUS).state
-    motion = motion_of_state(as_batch(machine), drive, state)
-    seen = MachineTurn(as_batch(machine), drive, state.turn, motion)
-    names = ("shell_acceleration", "slip", "motor_torque")
-    for values, rounding in spectra_of(seen, 10, names).values():
-        size = np.abs(values)
-        assert size[::2].max() < 1e-13 * size[1::2].max()
-        shown, error = level_of(Bounded(values, np.full(10, rounding)), reference=1.0)
-        assert np.all(shown[::2] == -np.inf) and np.all(error[::2] == 0.0)
-        assert np.all(np.isfinite(shown[1::2]))
 
 
 READ = [
@@ -206,17 +188,3 @@ def test_a_shell_at_rest_on_average_and_a_start_at_rest() -> None:
     assert abs(float(mean(other.turn, other.turn.shell_speed)[0])) > 0.01
     apart = levels(machine, other.turn) - levels(machine, still.turn)
     assert 1e-3 < np.max(np.abs(apart)) < 1.0
-
-
-def test_with_a_heavy_rotor_speed_and_multiplier_are_those_of_a_flywheel() -> None:
-    """Rotor and shell turn against each other: with their reduced inertia, at nearly one slip."""
-    constant = []
-    for rotor in (200.0, 2000.0, 20000.0):
-        running_ = found(source_machine(rotor_inertia=rotor), started_at=SYNCHRONOUS)
-        reduced = 1.0 / (1.0 / rotor + 1.0 / SHELL)
-        size = float(np.abs(running_.multiplier[0, 0]))
-        swing = float(np.ptp(running_.state.turn.crank_speed))
-        assert 0.8 < size < 1.0
-        constant.append([np.log(size) * reduced, swing * reduced])
-    # the pistons add little
-    np.testing.assert_allclose(constant, np.tile(constant[0], (3, 1)), rtol=0.03)

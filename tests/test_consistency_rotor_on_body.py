@@ -3,12 +3,10 @@
 from typing import Any
 
 import numpy as np
-import pytest
 from scipy.integrate import solve_ivp
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
-from vibecalc.errors import CaseError
 
 RADIUS, LENGTH, MASS, ROTOR = 0.05, 0.2, 2.0, 0.05
 ROLL, HALF, STIFFNESS, DAMPING = 5.0, 0.4, 12_500.0, 187.5
@@ -100,14 +98,3 @@ def test_roll_of_crank_rotor_and_body_in_time() -> None:
     assert 0.04 < abs(second(steady) / roll - 1.0) < 0.06
     assert second(machine(speed, driven_machine="separate")) == found
     assert second(machine(speed, driven_machine="cancels_torque")) == 0.0
-
-
-def test_rotor_nearby_a_shaft_line_is_refused() -> None:
-    from engine_cases import replaced
-    from engine_mounted import ON_BODY, loaded_of
-
-    twice = replaced(
-        ON_BODY, ("[machine.shaft_line]", "[machine.rotor]\ninertia = 1\n[machine.shaft_line]")
-    )
-    with pytest.raises(CaseError, match="rotor and shaft_line are mutually exclusive"):
-        loaded_of(twice)

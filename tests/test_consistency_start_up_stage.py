@@ -17,21 +17,7 @@ from shipped_cases import result_of
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.run.run import run_case
-from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.runge_kutta_march import march, sample
-from vibecalc.roll.mechanism import accelerations, as_batch, inertia
-from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.report.start_up import start_up as section
-from vibecalc.roll.running import motion_of_state, running_state
-from vibecalc.roll.start_up_system import (
-    ANGLE,
-    FULL_LOAD,
-    SHELL_ANGLE,
-    SHELL_SPEED,
-    SPEED,
-    STATES,
-    StartUpSystem,
-)
 
 ROOT = "response/start_up"
 CASE = "roll_startup"
@@ -53,40 +39,6 @@ def value(record: Record, path: str) -> Any:
 @cache
 def shipped_record() -> Record:
     return result_of(CASE).record
-
-
-def test_levels_of_the_march_are_those_of_collocation() -> None:
-    """One turn from a state on the periodic motion, marched and sampled over its time."""
-    parts = build_roll(validate(shipped(CASE)))
-    machine, drive = parts.machine, roll_drive(parts)
-    turned = running_state(as_batch(machine), drive, rtol=1e-9, orders=10)
-    period = float(turned.state.turn.period[0])
-    motion = motion_of_state(as_batch(machine), drive, turned.state)
-    at = motion(np.array([0.0]))
-    first = np.zeros((1, STATES))
-    first[0, [SPEED, SHELL_ANGLE, SHELL_SPEED]] = [
-        float(row[0, 0]) for row in (at.crank_speed, at.shell_angle, at.shell_speed)
-    ]
-    system = StartUpSystem(machine, drive, FULL_LOAD, 1e-9)
-    marched = march(
-        system, np.zeros(1), first, system.first_intervals(first, 0.0), np.array([period]),
-        absolute=1e-9 * system.scale, parts=2,
-    )  # fmt: skip
-    last = marched.state[0]
-    assert last[ANGLE] == pytest.approx(2.0 * np.pi, abs=1e-7)
-    np.testing.assert_allclose(last[1:4], first[0, 1:4], atol=1e-6)
-    assert marched.record is not None
-    count = 7200
-    seen = sample(marched.record, 0, period * np.arange(count) / count)
-    moved = inertia(machine, seen.state[:, ANGLE])
-    acting = system.torques(moved, seen.state, marched.record.interval[seen.step])
-    shell = accelerations(
-        moved, seen.state[:, SPEED], seen.state[:, SHELL_SPEED], acting.mounts,
-        acting.motor + acting.gas + acting.viscous + acting.dry,
-    ).shell  # fmt: skip
-    levels = 20.0 * np.log10(np.abs(2.0 * np.fft.rfft(shell)[1:11] / count))
-    ours = shipped_record()["response/roll/level/shell_acceleration"]
-    np.testing.assert_allclose(levels, ours.values, atol=2e-4)
 
 
 def test_the_shipped_start_settles_where_the_periodic_motion_is() -> None:
@@ -158,23 +110,6 @@ def test_a_machine_that_does_not_start_is_a_result_and_said() -> None:
     assert found is not None
     text = " ".join(" ".join(found.lines).split())
     assert "IT DOES NOT START within 0.5 s; it does not turn over" in text
-
-
-def test_a_slip_beyond_the_table_is_refused_with_the_way_out() -> None:
-    data = table(duration=0.5, crank_angle=1.0, load=None)
-    del data["machine"]["motor"]["extrapolation"]
-    with pytest.raises(
-        NumericalFailure, match=r"the gas turns it backward.*extrapolation = .hold."
-    ):
-        run(data)
-
-
-def test_friction_that_holds_the_crank_is_a_stall() -> None:
-    data = table(duration=0.2, load=None, crank_angle=1.5)
-    data["machine"]["friction"] = {"torque": 5000.0}
-    record = run(data)
-    assert value(record, "started") == 0
-    assert any("held by friction" in words for words in record.warnings)
 
 
 PEAKS = ("shell_angle", "shell_acceleration", "rotor_acceleration", "crank_speed", "mount_torque")

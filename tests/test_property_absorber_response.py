@@ -5,26 +5,20 @@ it none does.
 
 import contextlib
 
-import mpmath
 import numpy as np
 import pytest
-from exact_tree import peaks as exact_peaks
-from exact_tree import tree
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 from two_masses import amplitude, with_error
 
 from vibecalc.absorber.mean_square import mean_square
-from vibecalc.absorber.peaks import Response, peaks, quick_maxima
-from vibecalc.absorber.squared_magnitude import measure
+from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.transfer import (
     EXCITATIONS,
     RESPONSES,
     Absorber,
-    coupling,
     poles,
-    transfer_of,
 )
 from vibecalc.absorber.tuning.closed_forms import threshold
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
@@ -152,39 +146,3 @@ def test_ground_acceleration_has_a_threshold_that_depends_on_the_mass():
         one = Absorber(factor * limit, m, k, z)
         grid = np.min(mean_square(one, "base", "transmitted_force").value, axis=(0, 1))
         assert np.all(grid >= tuned.value * (1.0 - 1e-13))
-
-
-#: z1, m, k, z2 of absorbers one of whose peaks was once given twice
-TWICE = (
-    (0.13149114242082516, 0.061297333546748704, 0.029297435736876126, 6.990679771011391e-05),
-    (0.2774871804001779, 0.007860098423333147, 0.009202808147693977, 1.0777497281203065e-05),
-)
-
-
-def maxima_in_digits(z1: float, m: float, k: float, z2: float) -> list[float]:
-    """Frequency ratios of all maxima of |H|, force to displacement, in 60 digits."""
-    with mpmath.workdps(60):
-        found = exact_peaks(tree(z1, [m], [k], [z2]), "force", "displacement")
-        return [float(one) for one in found.frequency]
-
-
-def absorbers(count: int) -> np.ndarray:
-    draw = np.random.default_rng(3)
-    z1, m = 10.0 ** draw.uniform(-3, -0.1, count), 10.0 ** draw.uniform(-3, 0.5, count)
-    k = m * 10.0 ** draw.uniform(-0.5, 0.5, count)
-    return np.stack([z1, m, k, np.sqrt(m * k) * 10.0 ** draw.uniform(-3, 0.3, count)])
-
-
-@pytest.mark.long
-def test_peaks_are_those_of_sixty_digits_each_once() -> None:
-    every = np.concatenate([absorbers(40), np.array(TWICE).T], axis=1)
-    found = peaks(Absorber(*every))
-    parts, transfer = coupling(Absorber(*every)), transfer_of("force", "displacement")
-    whole = Response(parts, measure(parts, transfer), measure(parts, transfer, plain=True))
-    # most are sure without any eigenvalues
-    assert len(quick_maxima(whole)[1]) < 0.3 * len(parts.mass)
-    for row, one in enumerate(every.T):
-        true = maxima_in_digits(*one)
-        own = found.frequency[row][found.present[row]]
-        assert len(own) == len(true), one
-        assert own == pytest.approx(true, rel=1e-7)

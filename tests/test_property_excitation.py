@@ -5,21 +5,22 @@ import math
 import numpy as np
 import pytest
 from crank_trains import ACROSS, STROKE, generator, motion, train
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.balance import residual
 from vibecalc.excitation.inertia_forces import (
     at_speed,
-    inertia_torque,
     reciprocating_excitation,
     rotating_excitation,
 )
+from vibecalc.excitation.rod_inertia import rod_couple_peak, split_inertia
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.crank_train import build_crank_train
 
 RATIO = 0.3
 MOTION = motion(RATIO, 8)
-MASS, RADIUS = 0.4, 0.06
 
 
 def pistons(phases: object, **options: object) -> Bounded:
@@ -38,14 +39,6 @@ def test_a_shaft_above_the_highest_order_is_left_out_as_documented() -> None:
         highest_order=1,
     )
     assert np.abs(found.value).max() == pytest.approx(0.01, rel=1e-15)
-
-
-def test_classic_torque_amplitudes() -> None:
-    """First terms in powers of R/L as in Den Hartog, Mechanical Vibrations, section 5.2."""
-    lam = 1e-3
-    torque = inertia_torque(np.array([0.0, 1.0, lam / 4, 0.0]), 3).value
-    # T / (m R^2 w^2) = lam/4 sin a - 1/2 sin 2a - 3 lam/4 sin 3a; sin is -i in Re(T exp(i a)).
-    assert torque[1:] == pytest.approx([-0.25j * lam, 0.5j, 0.75j * lam], abs=1e-18)
 
 
 def test_residual_is_the_weighted_norm_and_its_error_covers_a_zero() -> None:
@@ -85,3 +78,29 @@ def test_cylinders_override_the_masses_of_the_train() -> None:
     assert built.reciprocating_mass.tolist() == [0.7, 0.4]
     assert built.rotating_mass.tolist() == [0.1, 0.3]
     assert built.names == ("a", "b")
+
+
+shares = st.lists(
+    st.tuples(st.floats(1e-3, 1.0), st.floats(0.0, 1.0)), min_size=1, max_size=6, unique=True
+)
+
+
+def rod_of(parts, length):
+    """Mass, distance of the centre from the crank pin, moment about it."""
+    mass, place = np.array(parts).T
+    place = length * place
+    first = float(mass @ place / mass.sum())
+    return float(mass.sum()), first, float(mass @ (place - first) ** 2)
+
+
+@settings(max_examples=150, deadline=None)
+@given(shares, st.floats(0.01, 0.95), st.floats(-0.9, 0.9), st.floats(0.01, 10.0))
+def test_bound_holds_for_rods_of_point_masses(parts, ratio, offset, length):
+    mass, first, inertia = rod_of(parts, length)
+    lengths = (length * ratio * (1.0 - abs(offset)), length, length * offset)
+    points = split_inertia(mass, first, length)
+    bound = rod_couple_peak(points.value, *lengths)
+    rounding = 1e-14 * mass * length**2
+    couple = rod_couple_peak(Bounded(inertia - points.value, np.asarray(rounding)), *lengths)
+    assert couple.value <= bound.value + couple.error + bound.error
+    assert points.value >= inertia - rounding

@@ -5,6 +5,7 @@ that diverges, and its tables and pictures keep to the page and to the numbers.
 import re
 
 import numpy as np
+import pytest
 from roll_control_cases import record_of, shipped, value_of
 
 from vibecalc.core.report.text import render_report
@@ -56,3 +57,29 @@ def test_levels_on_paper_only_are_called_so() -> None:
     text = " ".join(section(result_of(record)).split())
     assert "STABLE ONLY WITHOUT ANY DELAY: its levels are valid for zero delay only" in text
     assert "delay none" in text and "EXCEEDS the breakdown torque of 1009 N m" in text
+
+
+# ----------------------------------------------------------------------------
+# The picture of the poles.
+# ----------------------------------------------------------------------------
+
+
+@pytest.mark.long
+def test_both_of_each_pair_are_drawn() -> None:
+    record = record_of(delay=2e-3, gain=4.0, acceleration_feedback=-0.05)
+    pole = value_of(record, "pole")
+    assert np.any(pole.imag > 0.0)
+    pytest.importorskip("matplotlib")
+    from drawn import figure
+
+    plane = figure(result_of(record), "roll_locus").axes[0]
+    marks = next(line for line in plane.get_lines() if line.get_label() == "gain of the case")
+    at = np.asarray(marks.get_xdata()) + 1j * np.asarray(marks.get_ydata())
+    for one in pole:
+        for other in (one, np.conj(one)):
+            assert np.min(np.abs(at - other)) <= 1e-12 * abs(one)
+    ends = np.array([part[-1] for lines in plane.collections for part in lines.get_segments()])
+    for branch in value_of(record, "locus/pole")[-1]:
+        for sign in (1.0, -1.0):
+            there = np.abs(ends - [branch.real, sign * branch.imag])
+            assert np.min(np.max(there, axis=1)) <= 1e-9 * abs(branch)

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 from absorber_numbers import (
     damped,
-    grid_search,
     optima,
-    read_off,
     tables_3_1_and_3_2,
     thousandths,
     undamped,
@@ -81,29 +79,17 @@ def test_heights_at_a_resonance_are_those_of_the_nearest_frequency(stiffness, so
 
 
 @pytest.mark.parametrize(
-    ("mass", "given", "grid", "right"),
-    [
-        (0.246, (0.157, 0.263), (0.156, 0.284), (0.1564, 0.2762)),
-        (0.179, (0.128, 0.229), (0.127, 0.251), (0.1273, 0.2418)),
-    ],
-    ids="SM",
+    ("mass", "given"), [(0.246, (0.157, 0.263)), (0.179, (0.128, 0.229))], ids="SM"
 )
-def test_table_3_1_rows_s_and_m(mass, given, grid, right):
-    low, high = (int(1000.0 * share * given[0]) for share in (0.93, 1.07))
-    assert grid_search(0.01, mass, (low, high), (200, 320))[:2] == grid
-    best = minimax(0.01, mass)
-    own = float(best.secondary_damping) / math.sqrt(mass * float(best.stiffness_ratio))
-    assert (printed(best.stiffness_ratio, 4), printed(own, 4)) == right
-    # the printed tuning costs less than one per cent
+def test_table_3_1_rows_s_and_m(mass, given):
+    """Neither the optimum nor that of the grid; the printed tuning costs less than one per cent."""
+    size = {0.246: "S", 0.179: "M"}[mass]
+    places = f"Table 3.1, {size}, k", f"Table 3.1, {size}, eps2"
+    assert_verdict(tables_3_1_and_3_2, "not reproducible", *places)
     z2 = damping_from_own_ratio(given[1], mass, given[0])
+    best = minimax(0.01, mass)
     cost = float(peaks(Absorber(0.01, mass, given[0], z2)).largest / best.largest) - 1.0
     assert 0.001 < cost < 0.01
-
-
-def test_what_is_read_off_figures():
-    figures = ("Figs. 2.6", "Fig. 2.13", "Fig. 2.18", "Fig. 2.26, largest eps2")
-    assert_verdict(read_off, "reproduced", *figures)
-    assert_verdict(read_off, "not reproducible", "Fig. 2.26, least eps2", "Fig. 2.29, eps2 at eps1")
 
 
 def test_figure_2_12_has_its_high_peaks_near_one():

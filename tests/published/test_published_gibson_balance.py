@@ -8,11 +8,9 @@ import math
 
 import numpy as np
 import pytest
-from crank_trains import train
 
 from vibecalc.excitation.balance import balance_table
 from vibecalc.excitation.cylinder_torque import bank_sums
-from vibecalc.excitation.inertia_forces import at_speed, reciprocating_excitation
 
 ROOT3 = math.sqrt(3.0)
 POSITION = [-0.3, 0.0, 0.3]
@@ -83,52 +81,6 @@ def test_totals_of_table_3_contradict_its_garbled_entries() -> None:
     assert np.abs(sums - printed[:, 3]).tolist() == pytest.approx(
         [0.15 * ROOT3, 0.3, 0.3 * ROOT3, 0.0], abs=1e-12
     )
-
-
-def couple() -> np.ndarray:
-    classic = np.array([0.0, 1.0, 0.3 / 4])  # equation 4: one term of the series
-    arguments = train(PHASES[120], positions=POSITION)
-    per_speed_squared = reciprocating_excitation(classic, **arguments)
-    return at_speed(per_speed_squared, 4900 * 2 * math.pi / 60).value[:, 3:]
-
-
-def test_forces_of_section_2_2() -> None:
-    across = couple()[:, 1] / 0.4
-    assert np.abs(across) == pytest.approx([8208.85, 2462.66], abs=5e-3)
-    assert round(abs(across[0])) == 8209
-    angle = np.linspace(0.0, 2 * math.pi, 200_001)
-    both = (across[0] * np.exp(1j * angle) + across[1] * np.exp(2j * angle)).real
-    assert np.abs(both).max() == pytest.approx(9329.33, abs=5e-3)
-
-
-def test_signs_of_equations_11_and_12() -> None:
-    """The source adds z F, which is minus the couple about y; M_p ~ sin wt and M_s ~ -sin 2wt."""
-    source = -couple()[:, 1]
-    sines = (source * 1j).real  # Re(A exp(i a)) = sine part times sin a, for A = -i sine part
-    size = 0.3 * ROOT3 * 0.4 * 0.06 * (4900 * 2 * math.pi / 60) ** 2
-    assert sines == pytest.approx([size, -size * 0.3], rel=1e-14)
-    assert np.abs(source.real).max() < 1e-11 * size
-
-
-def test_why_four_cylinders_do_not_stand_at_quarter_turns() -> None:
-    """Last question of the assignment: flat shafts free the couples, quarter turns do not."""
-    position = [-0.15, -0.05, 0.05, 0.15]
-
-    def sums(degrees: list[float]) -> tuple[list[float], list[float]]:
-        table = balance_table(
-            [1, 2], crank_phase=np.radians(degrees), bank_angle=np.zeros(4), position=position
-        )
-        value = {name: column.value for name, column in table.items()}
-        forces = np.hypot(value["total_sine"], value["total_cosine"])
-        couples = np.hypot(value["total_position_sine"], value["total_position_cosine"])
-        return forces.tolist(), couples.tolist()
-
-    flat = sums([0, 180, 180, 0])
-    quarter = sums([0, 90, 270, 180])
-    assert flat[0] == pytest.approx([0.0, 4.0], abs=1e-14)
-    assert flat[1] == pytest.approx([0.0, 0.0], abs=1e-14)
-    assert quarter[0] == pytest.approx([0.0, 0.0], abs=1e-14)
-    assert quarter[1] == pytest.approx([math.hypot(0.3, 0.1), 0.0], abs=1e-14)
 
 
 def test_missing_firing_of_three_cylinders_on_a_flat_crank():

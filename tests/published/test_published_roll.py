@@ -4,6 +4,8 @@
 property of his computer makes the digits, it is applied here and named.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 from herold_numbers import (
@@ -14,9 +16,9 @@ from herold_numbers import (
     disturbance,
     equal_pressure,
     program,
-    reduced,
 )
-from herold_simulation import STEP, hexadecimal, open_tables, simulate
+from herold_simulation import hexadecimal, open_tables, simulate
+from pages import shows
 from roll_machines import (
     FIRST_MASS,
     GRAVITY,
@@ -31,8 +33,14 @@ from roll_machines import (
     source_drive,
     source_machine,
 )
+from scipy.optimize import brentq
+from shipped_cases import result_of
 
 from vibecalc.excitation.slip_torque import breakdown
+from vibecalc.roll.mechanism import as_batch
+from vibecalc.roll.running import running_state
+from vibecalc.roll.start_up import start_up
+from vibecalc.roll.turn import harmonics, readings
 
 #: speed in rpm, torque in N m, slip in rpm, per cent of full power
 TABLE_6 = (
@@ -49,12 +57,6 @@ TABLE_6 = (
     (0, 542, 900, None),
 )
 POUND_SQUARE_FOOT = 0.45359237 * 0.3048**2
-
-
-def prints(text: str, value: float) -> bool:
-    """The value, rounded to the digits of the text, is the text."""
-    decimals = len(text.partition(".")[2])
-    return abs(value - float(text)) <= 0.5000001 * 10.0**-decimals
 
 
 def test_level_of_appendix_a() -> None:
@@ -74,15 +76,8 @@ def test_lag_of_appendix_a() -> None:
 def test_drift_of_the_angular_momentum() -> None:
     """.0029 % is what six digits of base 16 lose; double precision leaves -.00018 %."""
     assert program(single=True).drift == pytest.approx(0.0029, abs=0.00015)
-    assert prints("0.003", program(single=True).drift)
+    assert shows("0.003", program(single=True).drift)
     assert program().drift == pytest.approx(-0.00018, abs=0.000005)
-
-
-def test_six_digits_of_base_16() -> None:
-    """Cut, not rounded: one unit of the last digit is 2^-16 at the speed of this crank."""
-    assert hexadecimal(94.2477796) == np.floor(94.2477796 * 2**16) / 2**16
-    assert hexadecimal(-0.3) == -np.floor(0.3 * 2**24) / 2**24
-    assert [hexadecimal(x) for x in (0.0, 1.0, 16.0, 1.0 / 16.0)] == [0.0, 1.0, 16.0, 1.0 / 16.0]
 
 
 def test_closed_tables_miss_two_levels() -> None:
@@ -172,37 +167,12 @@ def test_units_in_the_text(printed: float, last: float, value: float) -> None:
     assert abs(value - printed) <= 0.5 * last
 
 
-def test_steps_per_turn() -> None:
-    """ "Typically 136": the first of three turns; the others have 135."""
-    assert program().steps == [136, 135, 135]
-    assert STEP == 0.0005
-
-
-def test_three_turns_are_enough_for_the_program() -> None:
-    """136 and 135 steps differ by less than 1 %, the test of a steady state, after two turns."""
-    counted = program().steps
-    assert len(counted) == 3
-    assert abs(counted[1] / counted[0] - 1.0) < 0.01
-
-
 def test_a_heavy_rotor_passes_the_test_long_before_it_is_steady() -> None:
     drive = open_tables(source_drive())
     heavy = simulate(source_machine(rotor_inertia=200.0), drive)
     assert len(heavy.steps) == 3
     later = simulate(source_machine(rotor_inertia=200.0), drive, started_at=0.985 * SYNCHRONOUS)
     assert np.max(np.abs(later.level - heavy.level)) > 1.0
-
-
-@pytest.mark.parametrize("off", [0.01, -0.01])
-def test_a_wrong_period_of_one_per_cent(off: float) -> None:
-    """Section 6.3: less than .5 dB in ten harmonics of a square wave (.09 dB from a jump on)."""
-    count = 200000
-    phase = (np.arange(count) + 0.5) / count
-    wave = np.where(phase * (1.0 + off) % 1.0 < 0.5, 1.0, -1.0)
-    order = np.arange(1, 11, 2)
-    found = np.abs(np.exp(2j * np.pi * order[:, None] * phase) @ wave) * 2.0 / count
-    apart = 20.0 * np.log10(found * order * np.pi / 4.0)
-    assert 0.08 < np.max(np.abs(apart)) < 0.5
 
 
 @pytest.mark.parametrize(
@@ -275,7 +245,7 @@ def test_a_light_rotor(inertia_of_rotor: float, levels: dict[int, float]) -> Non
     for order, level in levels.items():
         assert found[order - 1] == pytest.approx(level, abs=0.01)
     if inertia_of_rotor < 0.3:
-        assert prints("-10", found[1]) and prints("-5", found[2]) and prints("-2.4", found[3])
+        assert shows("-10", found[1]) and shows("-5", found[2]) and shows("-2.4", found[3])
         assert abs(found[0] + 8.5) > 3.0
 
 
@@ -285,24 +255,74 @@ def test_equation_97() -> None:
     Right are 345.6 and 472.2 N m in place of 352.6 and 488.2.
     """
     found = disturbance(92.76)
-    assert prints("-303.3", found[0].real)
+    assert shows("-303.3", found[0].real)
     lag = np.degrees(np.angle(found)) % 360.0
     assert 271.0 < lag[1] < 272.0
     assert lag[2] == pytest.approx(64.7, abs=0.2)
-    assert prints("345.6", abs(found[1]))
-    assert prints("472.2", abs(found[2]))
+    assert shows("345.6", abs(found[1]))
+    assert shows("472.2", abs(found[2]))
     closed = disturbance(92.76, gas="parabola")
-    assert prints("-303.2", closed[0].real)
+    assert shows("-303.2", closed[0].real)
 
 
-def test_reduced_model_within_eleven_tenths_of_a_decibel() -> None:
-    """Section 7.1: so it is with the whole table of the motor, .94 dB at most."""
-    assert np.max(np.abs(reduced(None) - LEVELS)) < 1.1
+# ----------------------------------------------------------------------------
+# Section 6.5: mounts of our choice.
+# ----------------------------------------------------------------------------
 
 
-def test_reduced_model_with_a_linear_motor() -> None:
-    """With the gain that the section goes on with, harmonic 3 is 5 dB low and 7 is 11 to 12 dB."""
-    apart = reduced(203.4) - LEVELS
-    assert apart[2] == pytest.approx(-4.8, abs=0.1)
-    assert apart[6] == pytest.approx(-11.2, abs=0.1)
-    assert np.max(np.abs(apart[:2])) < 0.2
+CASE = "roll_mounted"
+RATIO = 0.05
+
+
+@cache
+def levels(stiffness: float, ratio: float = RATIO) -> np.ndarray:
+    """Levels of the shell in dB on mounts of a stiffness and a damping ratio of the shell."""
+    damping = 2.0 * ratio * np.sqrt(stiffness * SHELL)
+    machine = as_batch(source_machine(shell_stiffness=stiffness, shell_damping=damping))
+    turn = running_state(machine, source_drive(), rtol=1e-8, orders=10).state.turn
+    shell = readings(machine, source_drive(), turn, pistons=False).shell_acceleration
+    return 20.0 * np.log10(np.abs(harmonics(turn, shell, np.arange(1.0, 11.0))[0]))
+
+
+def test_the_stiffness_of_the_case_is_solved_for() -> None:
+    found = brentq(lambda k: levels(k)[0] - 7.2, 3e5, 5e5, xtol=1.0)
+    record = result_of(CASE).record
+    assert found == pytest.approx(389780.0, abs=1.0)
+    assert float(record["find/mount_stiffness/value"].values) == pytest.approx(found, rel=1e-5)
+    assert 2.0 * RATIO * np.sqrt(found * SHELL) == pytest.approx(769.05, abs=0.01)
+
+
+def test_the_rise_is_that_of_the_printed_levels_too() -> None:
+    """4.3 and 7.2 are rounded: a rise of 2.8 to 3.0 dB."""
+    free = levels(0.0, 0.0)
+    assert 2.8 <= levels(389780.0)[0] - free[0] <= 3.0
+
+
+def test_72_db_cannot_be_meant() -> None:
+    """72 dB: in resonance with the crank, at a fiftieth of our damping, the level is 44 dB."""
+    resonant = max(levels(k, 1e-3)[0] for k in (1.32e6, 1.33e6, 1.34e6))
+    assert resonant == pytest.approx(44.2, abs=0.2)
+
+
+def test_only_the_first_harmonic_changes_significantly() -> None:
+    change = levels(389780.0) - levels(0.0, 0.0)
+    assert change[1] == pytest.approx(0.67, abs=0.01)
+    assert change[2] == pytest.approx(0.28, abs=0.01)
+    assert np.all(np.abs(change[3:]) < 0.2)
+    assert np.all(change > 0.0)
+
+
+def test_twenty_to_thirty_turns_until_the_levels_are_valid() -> None:
+    record = result_of(CASE).record
+    assert float(record["response/start_up/settled"].values) == 1
+    assert 20 <= float(record["response/start_up/turns_to_steady"].values) <= 30
+
+
+@pytest.mark.long
+def test_the_period_of_the_crank_is_steady_long_before() -> None:
+    """The source's criterion, one per cent of the period of a turn, is met at once."""
+    machine = source_machine(shell_stiffness=389780.0, shell_damping=769.05)
+    found = start_up(machine, source_drive(), duration=1.0, speed=900.0 * RPM, tolerance=1e-6)
+    period, shaking = found.turns.period, found.turns.amplitude
+    assert np.all(np.abs(np.diff(period[1:])) < 0.01 * period[2:])
+    assert np.max(np.abs(np.diff(shaking[:6]))) > 0.04 * shaking[-1]
