@@ -14,6 +14,7 @@ from dense_curve_line import text, values
 from long_but import long_but
 from shipped_cases import ROOT
 
+from vibecalc.core.report.calculation import limit_table
 from vibecalc.core.report.pages import conclusion
 from vibecalc.core.report.text import as_json, render_report, render_verdicts
 from vibecalc.core.report.verdicts import counted_misses, judge_references
@@ -21,7 +22,7 @@ from vibecalc.core.results.compare import compare
 from vibecalc.core.results.compare_rules import Rule, Rules
 from vibecalc.core.results.record import BROKEN, KEPT, UNDECIDED, Result
 from vibecalc.core.results.store import read_result, write_result
-from vibecalc.core.results.verdicts import held, judged, verdicts_of
+from vibecalc.core.results.verdicts import held, judge, judged, verdicts_of
 from vibecalc.core.study.execute import execute, load_checked
 
 GOLDEN = ROOT / "tests" / "golden"
@@ -272,3 +273,26 @@ def test_a_bound_may_be_a_temperature() -> None:
         assert (row.state, row.unit) == (state, "K")
         assert row.max == pytest.approx(bound + 273.15)
         assert row.margin == pytest.approx(1.0 if state == KEPT else -1.0)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "share"),
+    [
+        ({"max": 8.0}, 0.5), ({"max": 2.0}, 2.0), ({"min": 3.0}, 0.75), ({"min": 8.0}, 2.0),
+        ({"min": 1.0, "max": 5.0}, 0.8), ({"min": 3.5, "max": 80.0}, 0.875),
+        ({"min": 1.0, "max": 80.0}, 0.25), ({"min": -1.0, "max": 5.0}, 0.8),
+        ({"min": 3.0, "max": 100.0}, 0.75), ({"min": 0.0}, None), ({"max": 0.0}, None),
+        ({"min": -4.5, "max": 80.0}, None),
+    ],
+)  # fmt: skip
+def test_the_share_of_a_limit_is_that_of_its_nearer_side(
+    bounds: dict[str, float], share: float | None
+) -> None:
+    """Of a number 4 without a unit; a limit at or through zero on that side has no share."""
+    result, path = golden("engine_damped"), "response/torsion/reduction"
+    four = replace(result.record[path], values=np.array(4.0), axes=(), errors=None)
+    record = replace(result.record, quantities=result.record.quantities | {path: four})
+    row = judge(replace(result, record=record), {"quantity": path, **bounds})
+    assert (row.utilisation == pytest.approx(share)) if share else np.isnan(row.utilisation)
+    shown = limit_table([row])[0].splitlines()[-1].split()[-2]
+    assert (float(shown) == pytest.approx(100.0 * share)) if share else shown == "-"

@@ -18,7 +18,7 @@ from vibecalc.core.report.goals import (
     label_of,
 )
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
-from vibecalc.core.report.verdicts import bounds_of, entry_in_words, place_of
+from vibecalc.core.report.verdicts import bounds_of, entry_in_words, in_percent, place_of
 from vibecalc.core.report.writing import decibels, number, read, rpm, short, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
@@ -198,9 +198,10 @@ def _held(limit: Verdict) -> str:
 
 
 def _share(limit: Verdict) -> str:
-    """The utilisation in percent; nothing where the result itself is one."""
-    known = math.isfinite(limit.utilisation) and limit.unit != "%"
-    return show(100.0 * limit.utilisation, digits=3) if known else ""
+    """The utilisation in percent; nothing where the result itself is one, or is yes or no."""
+    entry = CATALOGUE.get(limit.quantity)
+    told = limit.quantity.endswith(_UTILISATION) or (entry is not None and entry.flag)
+    return "" if told else in_percent(limit.utilisation, digits=3)
 
 
 def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[Answer]:

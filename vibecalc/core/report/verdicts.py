@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.report.writing import DIGITS, rpm, show
 from vibecalc.core.results.printed import read_printed, tolerance_of
 from vibecalc.core.results.record import (
     BARRED,
@@ -144,6 +144,11 @@ def bounds_of(row: Verdict, factor: float = 1.0) -> list[str]:
     sides = {"min": row.min, "max": row.max}
     return [f"{side} {factor * bound:.6g}"
             for side, bound in sides.items() if bound is not None]  # fmt: skip
+
+
+def in_percent(utilisation: float, digits: int = DIGITS) -> str:
+    """The utilisation of a limit in percent, `-` of one that has none."""
+    return show(100.0 * utilisation, digits=digits) if math.isfinite(utilisation) else "-"
 
 
 def _computed(value: float, digits: int, lead: str = "computed ") -> str:

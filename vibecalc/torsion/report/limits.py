@@ -29,7 +29,7 @@ from vibecalc.core.results.record import (
     Verdict,
 )
 from vibecalc.core.results.tolerance import remedy
-from vibecalc.core.results.verdicts import state_of, verdicts_of
+from vibecalc.core.results.verdicts import Bound, state_of, verdicts_of
 from vibecalc.torsion.report.conditions import condition_words
 from vibecalc.torsion.report.couplings import BORNE, ICE, borne, permitted
 from vibecalc.torsion.report.line import (
@@ -659,4 +659,5 @@ def _separated(result: Result) -> Iterator[Verdict]:
             KEPT if enough.values[i, k] else BROKEN, element=f"{named[i]} mode",
             limit=f"margin to order {order_text(order.values[i, k])}",
             status=rule.rule.status, speed=speed_of(result) or np.nan,
+            utilisation=Bound("min", required, required).utilisation(away, "%"),
         )  # fmt: skip
