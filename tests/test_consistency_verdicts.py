@@ -20,7 +20,7 @@ from vibecalc.core.report.text import as_json, render_report, render_verdicts
 from vibecalc.core.report.verdicts import counted_misses, judge_references
 from vibecalc.core.results.compare import compare
 from vibecalc.core.results.compare_rules import Rule, Rules
-from vibecalc.core.results.record import BROKEN, KEPT, UNDECIDED, Result
+from vibecalc.core.results.record import BARRED, BROKEN, KEPT, UNDECIDED, Result
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.verdicts import held, judge, judged, verdicts_of
 from vibecalc.core.study.execute import execute, load_checked
@@ -80,9 +80,23 @@ def test_text_verify_and_json_count_the_same_limits(name: str) -> None:
         assert said in " ".join(words.split())
     told = as_json(result)["limits"]
     assert [row["verdict"] for row in told] == [row.state for row in rows]
-    assert [row["kept"] for row in told] == [row.kept for row in rows]
+    assert [row["satisfied"] for row in told] == [row.satisfied for row in rows]
     missed = sum(row.within is False for row in judge_references(result))
     assert counted_misses(result) == missed + sum(not row.satisfied for row in rows)
+
+
+def test_a_barred_limit_is_called_so_everywhere_and_kept_nowhere() -> None:
+    result = golden("marine_propulsion")
+    rows = {state: [row for row in verdicts_of(result) if row.state == state]
+            for state in (KEPT, BARRED, BROKEN)}  # fmt: skip
+    words = as_json(result)
+    for state, told in rows.items():
+        shown = [row for row in words["limits"] if row["verdict"] == state]
+        assert told and [row["kept"] for row in shown] == len(told) * [state == KEPT]
+        assert state == BROKEN or all(row["satisfied"] for row in shown)
+    table = limit_table(rows[BARRED])[0].splitlines()
+    assert sum(line.endswith("  barred") for line in table) == len(rows[BARRED])
+    assert "max 100 barred\n" in render_report(result)
 
 
 def test_what_is_broken_in_a_condition_is_broken_for_verify() -> None:

@@ -51,7 +51,7 @@ def row(lines: list[str], start: str, which: int = 0) -> list[str]:
     ("largest", "operating", "transient", "verdict", "words"),
     [
         (0.9, 0.5, 0.5, "kept", "within the limit"),
-        (1.2, 0.5, 0.7, "barred range", "within the limit"),
+        (1.2, 0.5, 0.7, "barred", "within the limit"),
         (1.2, 1.1, 0.7, "BROKEN", "exceeds limit 1 at the operating speed"),
         (2.2, 0.5, 1.3, "BROKEN", "exceeds limit 1 even for passage"),
         (2.2, 1.4, 1.3, "BROKEN", "at the operating speed and even for passage"),

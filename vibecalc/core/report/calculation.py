@@ -176,7 +176,7 @@ def judged(result: Result) -> list[str]:
 
 
 _BARRED = (
-    "Barred range: exceeded only in speed ranges that may be barred for continuous operation, and "
+    "Barred: exceeded only in speed ranges that may be barred for continuous operation, and "
     "not at the operating speed."
 )
 _INFORMATIVE = "Informative: the society's or the standard's current text counts."

@@ -23,10 +23,8 @@ from vibecalc.core.report.writing import decibels, number, read, rpm, short, sho
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import (
-    BARRED,
-    BROKEN,
     KEPT,
-    UNDECIDED,
+    WORST_FIRST,
     Estimate,
     Headline,
     Quantity,
@@ -54,8 +52,6 @@ _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
 
 #: last word of the paths of results that are a load over what a limit allows, read in percent
 _UTILISATION = "utilisation"
-#: verdicts, the worst first
-_WORST_FIRST = (BROKEN, UNDECIDED, BARRED, KEPT)
 
 
 class Answer(NamedTuple):
@@ -78,7 +74,7 @@ class Answer(NamedTuple):
         """The limit that decides: that of the worst verdict, then of the largest utilisation."""
 
         def rank(one: Verdict) -> tuple[int, float]:
-            return _WORST_FIRST.index(one.state), -np.nan_to_num(one.utilisation, nan=0.0)
+            return WORST_FIRST.index(one.state), -np.nan_to_num(one.utilisation, nan=0.0)
 
         return min(self.limits, key=rank, default=None)
 
@@ -150,7 +146,7 @@ def _with_rule(answer: Answer, limits: Sequence[Verdict]) -> Answer:
         quantity=answer.path, where={}, source="", min=None, max=None, unit="%", computed=0.0,
         label="", error_estimate=Estimate(0.0, 0.0), margin=0.0, state=KEPT,
     )  # fmt: skip
-    row = min(own, key=lambda one: _WORST_FIRST.index(one.state), default=covered)
+    row = min(own, key=lambda one: WORST_FIRST.index(one.state), default=covered)
     held = row._replace(
         max=100.0, unit="%", computed=answer.value, margin=100.0 - answer.value,
         utilisation=answer.value / 100.0,

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 from vibecalc.core.report.writing import DIGITS, rpm, show
 from vibecalc.core.results.printed import read_printed, tolerance_of
 from vibecalc.core.results.record import (
-    BARRED,
     KEPT,
     TURN,
     UNDECIDED,
@@ -132,11 +131,6 @@ def entry_in_words(axis: str, entry: str) -> str:
     """`mount 1`; an entry that says what it is of stands alone: `elastic coupling`."""
     name = axis.replace("_", " ")
     return entry if name in entry.split() else f"{name} {entry}"
-
-
-def state_in_words(row: Verdict) -> str:
-    """The verdict as people read it."""
-    return "barred range" if row.state == BARRED else row.state
 
 
 def bounds_of(row: Verdict, factor: float = 1.0) -> list[str]:

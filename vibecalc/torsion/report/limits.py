@@ -22,6 +22,7 @@ from vibecalc.core.results.record import (
     BROKEN,
     KEPT,
     UNDECIDED,
+    WORST_FIRST,
     Estimate,
     Quantity,
     Record,
@@ -379,7 +380,7 @@ def limit_verdicts(result: Result) -> Iterator[Verdict]:
 
 
 #: the worst first, as tables flag them
-FLAGS = {BROKEN: "BROKEN", UNDECIDED: "UNDECIDED", BARRED: "barred range", KEPT: "kept"}
+FLAGS = {one: one if one in (BARRED, KEPT) else one.upper() for one in WORST_FIRST}
 
 
 def flags(result: Result, *kinds: str) -> list[str]:
