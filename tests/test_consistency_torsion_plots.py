@@ -1,5 +1,6 @@
 """Claim: the pictures of a shaft line show the numbers of the result, and words do not collide."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ pytest.importorskip("matplotlib")
 
 from vibecalc.core.report.plots import STYLE, make
 from vibecalc.core.results.record import Result
+from vibecalc.core.results.verdicts import judged
 from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.pictures.modes import strands
 
@@ -127,3 +129,31 @@ def test_load_against_speed_has_limit_barred_range_and_the_line_without_damper(
     titles = [one.get_title(loc="left").split("\n")[0] for one in made["torsion_twists"].axes]
     assert sorted(titles) == sorted({*drawn(middle)} - {"front ring"})
     np.testing.assert_allclose(at(drawn(middle)["rear"], grid), 1e-3 * with_it)
+
+
+@pytest.mark.parametrize("of", ["speeds", "largest"])
+def test_a_limit_of_the_case_stands_in_every_panel_of_its_quantity(of: str) -> None:
+    """On all sections, on one of them alone, on what is scaled; one on another speed nowhere."""
+    import matplotlib
+
+    torque, stress = (f"{ROOT}{of}/{name}_half_range" for name in ("torque", "stress"))
+    limits = [
+        {"quantity": torque, "max": "21 kN*m"},
+        {"quantity": stress, "max": "33 N/mm^2", "where": {"section": "rear"}},
+        {"quantity": torque, "max": "22 kN*m", "where": {"section": "rear"}},
+    ]
+    result = six()
+    limits += [{**limits[0], "max": "23 kN*m", "where": {"speed": "900 rpm"}}] * (of == "speeds")
+    result = replace(result, case={**result.case, "limit": limits})
+    result = replace(result, verdicts=judged(result))
+    with matplotlib.rc_context(dict[Any, Any](STYLE)):
+        figure = make(result, "torsion_speeds")
+    assert figure is not None
+    told = [{text.get_text(): text.xy[1] for text in axes.texts if "limit" in text.get_text()}
+            for axes in figure.axes]  # fmt: skip
+    assert told == [
+        {"limit 33 N/mm^2, rear": pytest.approx(33.0)},
+        {"limit 21 kN m": pytest.approx(21.0), "limit 22 kN m, rear": pytest.approx(22.0)},
+    ]
+    for axes, heights in zip(figure.axes, told, strict=True):
+        assert max(heights.values()) < axes.get_ylim()[1]
