@@ -15,6 +15,7 @@ from long_but import long_but
 from shipped_cases import ROOT
 
 from vibecalc.core.report.calculation import limit_table
+from vibecalc.core.report.headline import first_table
 from vibecalc.core.report.pages import conclusion
 from vibecalc.core.report.text import as_json, render_report, render_verdicts
 from vibecalc.core.report.verdicts import counted_misses, judge_references
@@ -310,3 +311,15 @@ def test_the_share_of_a_limit_is_that_of_its_nearer_side(
     assert (row.utilisation == pytest.approx(share)) if share else np.isnan(row.utilisation)
     shown = limit_table([row])[0].splitlines()[-1].split()[-2]
     assert (float(shown) == pytest.approx(100.0 * share)) if share else shown == "-"
+
+
+@pytest.mark.parametrize(("name", "linear"), [("roll_records", "1e-5"), ("roll_measured", "1")])
+def test_a_level_in_the_first_table_has_its_reference(name: str, linear: str) -> None:
+    result = golden(name)
+    measured = {**result.case["measurement"], "reference_level": float(linear)}
+    result = replace(result, case={**result.case, "measurement": measured}, verdicts=())
+    rows = [line for line in first_table(result, ())[0].splitlines() if " level " in line]
+    assert len(rows) == 9
+    for row in rows:
+        linearly = row.strip().startswith("translation")
+        assert f"dB re {linear} m/s^2" in row if linearly else "dB re 1 rad/s^2" in row

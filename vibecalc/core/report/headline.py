@@ -85,14 +85,18 @@ def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
     for one in with_limits(result, limits):
         words = dict.fromkeys(map(_held, one.limits)), dict.fromkeys(map(_share, one.limits))
         held, shares = ("\n".join(each) for each in words)
-        rows.append([one.name, one.shown, read(_told_unit(one)), one.where, held, shares])
+        rows.append(
+            [one.name, one.shown, read(_told_unit(one, result.case)), one.where, held, shares]
+        )
     heads = ("result", number("value"), "unit", "where", "limit", number("util.\n%"))
     return table(heads, rows)
 
 
-def _told_unit(answer: Answer) -> str:
-    """The unit; of a level with its reference, where that is the same in every case."""
+def _told_unit(answer: Answer, case: Mapping[str, Any]) -> str:
+    """The unit; of a level with its reference, that of the case or of every case."""
     known = CATALOGUE.get(answer.path) if answer.unit == "dB" else None
+    if known and known.headline and known.headline.reference:
+        return str(named(known.headline.reference)(case))
     found = _REFERENCE.search(known.long_name) if known else None
     return found[0] if found else answer.unit
 

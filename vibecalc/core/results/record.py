@@ -36,7 +36,8 @@ class Headline(NamedTuple):
     `by`, of the same entries, the entry is that where this is largest. `at` is the path of the
     speeds, or ratios of frequencies, at which the entries are met. Where there is a quantity at
     `unless`, that says it better. `words` names a function (record, place among the entries, path),
-    as `package.module:function`, whose words stand for the entry; None for it itself.
+    as `package.module:function`, whose words stand for the entry; None for it itself. `reference`
+    names one (case) that says what a level refers to, where that is a key of the case.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Headline(NamedTuple):
     unless: str = ""
     words: str = ""
     by: str = ""
+    reference: str = ""
 
 
 #: what an SI unit is read in, if not in itself
