@@ -164,7 +164,10 @@ def test_a_damper_without_springs_has_no_row_of_them(stiffness: float, count: in
         ([0.5, 1.0, 1.5], "orders 0.5 to 1.5 every 0.5"), ([4.0], "order 4"),
         ([1.0, 2.0, 3.0, 4.04], "orders 1, 2, 3 and 1 of other shafts or constant frequencies"),
         ([0.561, 1.0, 1.122, 12.0], "orders 1, 12 and 2 of other shafts or constant frequencies"),
-        ([1, 2, 3, 4, 5, 6, 7, 7.3], "orders up to 7 and 1 of other shafts or constant frequencies"),
+        (
+            [1, 2, 3, 4, 5, 6, 7, 7.3],
+            "orders up to 7 and 1 of other shafts or constant frequencies",
+        ),
         ([1.5, 3.0, 6.0], "orders 1.5, 3 and 6"),
     ],
 )  # fmt: skip
