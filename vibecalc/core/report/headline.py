@@ -13,6 +13,7 @@ from vibecalc.core.report.goals import (
     PREFIX,
     VARIABLE,
     bound_units,
+    coordinate_words,
     in_unit,
     key_words,
     label_of,
@@ -249,6 +250,7 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
             text = show(value)
         elif path.startswith(VARIABLE):
             words = _SIDES.get(int(scalar_of(record, f"{PREFIX}active_bound/{name}") or 0), "")
+            name = coordinate_words(name)
         elif path.startswith("find/") and path.endswith("/value"):
             name = _sought(case, path.split("/")[1])
         elif path == f"{PREFIX}objective":
