@@ -137,7 +137,7 @@ def _scatter_of_each(pulses: Pulses, fit: "_Fit") -> float:
     left = float(np.sum((pulses.times - fit.pulses) ** 2))
     apart = (left / (pulses.times.size - fit.unknowns)) ** 0.5
     repeated = float(np.sqrt(np.mean(fit.late**2)))
-    return max(apart, min(pulses.sampling, float(np.hypot(apart, repeated))))
+    return max(float(apart), min(pulses.sampling, float(np.hypot(apart, repeated))))
 
 
 #: rad; pulses that scatter by less count as they came
