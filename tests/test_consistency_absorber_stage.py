@@ -2,13 +2,14 @@
 what fails next to a tuning is left out with a warning, and the report calls each thing its name.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from absorber_cases import TUNED
-from shipped_cases import CASES, result_of
+from shipped_cases import CASES, ROOT, result_of
 
 from vibecalc.absorber.hardware.rods_and_springs import torsional_stiffness
 from vibecalc.absorber.mean_square import mean_square
@@ -17,6 +18,7 @@ from vibecalc.absorber.transfer import Absorber
 from vibecalc.core.report.text import render_report
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.store import read_result
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import CaseError, NumericalFailure
@@ -324,3 +326,24 @@ def test_viscosities_of_stock_and_of_the_wanted_oil_compare() -> None:
     assert float(row[1]) / float(row[0]) == pytest.approx(0.975 * (1.0 - 5.0 * 0.00094), rel=1e-3)
     assert f"({row[1]} mPa s, {row[0]} cSt)" in " ".join(text.split())
     assert "Effect of the oil temperature, stock oil 'silicone 500', springs '2.8 N/mm':" in text
+
+
+@pytest.mark.parametrize(
+    ("asked", "tuning", "words"),
+    [
+        ({"unbalance": 0.02}, "force", "displacement for unbalance excitation; displacements / "
+         "(unbalance / mass of the primary)"),
+        ({"base_displacement": 1e-3}, "force", "displacement for base excitation; displacements / "
+         "base motion"),
+        ({}, "unbalance", "displacement for unbalance excitation"),
+        ({"excitation": "force"}, "unbalance", "displacement for force excitation; displacements / "
+         "static displacement of the primary"),
+    ],
+)  # fmt: skip
+def test_curves_name_what_they_are_over(asked: dict[str, Any], tuning: str, words: str) -> None:
+    """The amplitude of a case says its excitation where the case does not, then [tuning]."""
+    result = read_result(ROOT / "tests" / "golden" / "absorber.h5")
+    response = {"absorber": {"excitation": None, **asked}}
+    case = {**result.case, "tuning": {"excitation": tuning}, "response": response}
+    shown = " ".join(render_report(replace(result, case=case), full=True).split())
+    assert words in shown

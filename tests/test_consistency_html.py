@@ -110,6 +110,13 @@ def test_the_input_has_every_number_of_the_case(name: str) -> None:
     assert [one for one in written if read(one) not in told] == []
 
 
+@pytest.mark.parametrize("name", ["engine_v8", "generator_mount_stock"])
+def test_the_input_has_no_digits_that_nobody_wrote(name: str) -> None:
+    result = result_of(name)
+    told = re.findall(r"\d+\.\d{10,}", text_of(inputs(result), 10_000))
+    assert [one for one in told if one not in result.case_toml and len(one.strip("0.")) > 10] == []
+
+
 @pytest.mark.parametrize(
     ("cell", "colour"),
     [

@@ -17,7 +17,7 @@ REFERENCE = {
 }  # fmt: skip
 LIMIT = {
     "quantity", "where", "element", "limit", "condition", "source", "min", "max", "unit",
-    "computed", "error", "margin", "utilisation", "kept", "verdict", "decided_by",
+    "computed", "error", "margin", "utilisation", "kept", "satisfied", "verdict", "decided_by",
 }  # fmt: skip
 
 

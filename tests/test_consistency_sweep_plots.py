@@ -185,7 +185,7 @@ def test_the_region_is_green_where_all_limits_are_kept() -> None:
     kept = judge(sweep).kept
     wanted = np.where(sweep.done, 2.0 * kept - 1.0, -2.0).reshape(21, 15).T
     np.testing.assert_array_equal(drawn, wanted)
-    assert "sag max 30 mm" in labelled(axes)
+    assert "sag, isolation max 30 mm" in labelled(axes)
     here = labelled(axes)["the case as written"]
     assert (here.get_xdata()[0], here.get_ydata()[0]) == pytest.approx((20.0, 20.0))
 

@@ -1,5 +1,6 @@
 """Claim: the pictures of a shaft line show the numbers of the result, and words do not collide."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from drawn import figure, lines
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Result
+from vibecalc.core.results.verdicts import judged
 from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.pictures.modes import strands
 
@@ -108,3 +110,30 @@ def test_a_barred_range_is_shaded_from_end_to_end() -> None:
     spans = [patch.get_extents() for patch in axes.patches]
     ends = axes.transData.inverted().transform([(one.x0, one.x1) for one in spans])[:, 0]
     assert ends[0] == pytest.approx(RPM * float(values(result, "barred/from")[0]), rel=1e-6)
+
+
+@pytest.mark.parametrize("of", ["speeds", "largest"])
+def test_a_limit_of_the_case_stands_in_every_panel_of_its_quantity(of: str) -> None:
+    """On all sections, on one of them alone, on what is scaled; one on another speed nowhere."""
+    torque, stress = (f"{ROOT}{of}/{name}_half_range" for name in ("torque", "stress"))
+    one = {"where": {"section": "crank 3-4"}}
+    limits = [
+        {"quantity": torque, "max": "2.1 kN*m"},
+        {"quantity": stress, "max": "33 N/mm^2", **one},
+        {"quantity": torque, "max": "2.2 kN*m", **one},
+    ]
+    result = golden("engine_v8")
+    limits += [{**limits[0], "max": "2.3 kN*m", "where": {"speed": "900 rpm"}}] * (of == "speeds")
+    result = replace(result, case={**result.case, "limit": limits})
+    panels = figure(replace(result, verdicts=judged(result)), "torsion_speeds").axes
+    told = [{text.get_text(): text.xy[1] for text in axes.texts if "limit" in text.get_text()}
+            for axes in panels]  # fmt: skip
+    assert told == [
+        {"limit 33 N/mm^2, crank 3-4": pytest.approx(33.0)},
+        {
+            "limit 2.1 kN m": pytest.approx(2100.0),
+            "limit 2.2 kN m, crank 3-4": pytest.approx(2200.0),
+        },
+    ]
+    for axes, heights in zip(panels, told, strict=True):
+        assert max(heights.values()) < axes.get_ylim()[1]

@@ -4,20 +4,26 @@ in time that a case asks for are what they say, from the case to the report.
 
 import re
 import tomllib
+from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
+import tomli_w
 from engine_cases import GENSET, ran
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.report.text import render_report
-from vibecalc.core.results.record import Record
+from vibecalc.core.report.pages import conclusion
+from vibecalc.core.report.text import as_json, render_report, render_verdicts
+from vibecalc.core.results.record import BROKEN, Record
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.schema import Case
 from vibecalc.torsion.adapters.setup import build_setup
 from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.report import first_page
 from vibecalc.torsion.transient.march import TransientRun, transient
 from vibecalc.torsion.transient.motion import course_of, stretch, time_of_speed
 from vibecalc.torsion.transient.trace import extremes, traces
@@ -147,7 +153,7 @@ def test_the_method_of_the_steady_response_is_none_of_the_motion_in_time() -> No
         assert by_modes[path].values == pytest.approx(other[path].values, rel=1e-9)
 
 
-def test_teeth_that_part_in_a_short_circuit_are_said() -> None:
+def test_teeth_that_part_in_a_short_circuit_are_said(tmp_path: Path) -> None:
     """A geared generator: three rotors on the shaft of the turbine, marched by Runge and Kutta."""
     from scipy.integrate import solve_ivp
 
@@ -180,8 +186,10 @@ def test_teeth_that_part_in_a_short_circuit_are_said() -> None:
                       {"amplitude": -31e3, "frequency": "100 Hz", "time_constant": 0.12}],
         }}},
     }  # fmt: skip
-    record = run_case(validate(case))
-    ratio, decay = 0.15, 0.12
+    file = tmp_path / "turbine.toml"
+    file.write_text(tomli_w.dumps(case), encoding="utf-8")
+    result = execute(load_checked([file])[0])
+    record, ratio, decay = result.record, 0.15, 0.12
     mass = np.array([1.4, 0.35 + 22.0 * ratio**2, 95.0])
     rows = np.array([[1.0, -1.0, 0.0], [0.0, ratio, -1.0]])
     stiff, damped = np.array([95e3, 3.6e6]), np.array([4.0, 900.0])
@@ -206,6 +214,15 @@ def test_teeth_that_part_in_a_short_circuit_are_said() -> None:
     assert abs(float(record[path].values[0]) - teeth.min()) < stated < 5e-4 * abs(teeth.min())
     (said,) = [one for one in record.warnings if "the torque of its teeth reverses" in one]
     assert f"down to {teeth.min():.4g} N*m" in said
+    (row,) = [one for one in verdicts_of(result) if one.condition]
+    assert (row.element, row.condition, row.state) == ("gear", "transient", BROKEN)
+    assert row.computed == pytest.approx(1e-3 * teeth.min(), rel=5e-4) and np.isnan(row.utilisation)
+    assert "gear hammer in 'gear' in the transient" in first_page.conclusion(result)
+    words = "no torque reversal, transient"
+    assert words in render_verdicts(result) and words in conclusion([], [row])
+    assert "transient" in first_page.conclusion_table(result)[-2]
+    told = [(one["element"], one["condition"], one["verdict"]) for one in as_json(result)["limits"]]
+    assert ("gear", "transient", BROKEN) in told
 
 
 # ----------------------------------------------------------------------------

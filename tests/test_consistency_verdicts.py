@@ -14,14 +14,16 @@ from engine_cases import ran
 from long_but import long_but
 from shipped_cases import ROOT
 
+from vibecalc.core.report.calculation import limit_table
+from vibecalc.core.report.headline import first_table
 from vibecalc.core.report.pages import conclusion
 from vibecalc.core.report.text import as_json, render_report, render_verdicts
 from vibecalc.core.report.verdicts import counted_misses, judge_references
 from vibecalc.core.results.compare import compare
 from vibecalc.core.results.compare_rules import Rule, Rules
-from vibecalc.core.results.record import BROKEN, KEPT, UNDECIDED, Result
+from vibecalc.core.results.record import BARRED, BROKEN, KEPT, UNDECIDED, Result
 from vibecalc.core.results.store import read_result, write_result
-from vibecalc.core.results.verdicts import held, judged, verdicts_of
+from vibecalc.core.results.verdicts import held, judge, judged, verdicts_of
 from vibecalc.core.study.execute import execute, load_checked
 
 GOLDEN = ROOT / "tests" / "golden"
@@ -76,9 +78,23 @@ def test_text_verify_and_json_count_the_same_limits(name: str) -> None:
         assert said in " ".join(words.split())
     told = as_json(result)["limits"]
     assert [row["verdict"] for row in told] == [row.state for row in rows]
-    assert [row["kept"] for row in told] == [row.kept for row in rows]
+    assert [row["satisfied"] for row in told] == [row.satisfied for row in rows]
     missed = sum(row.within is False for row in judge_references(result))
     assert counted_misses(result) == missed + sum(not row.satisfied for row in rows)
+
+
+def test_a_barred_limit_is_called_so_everywhere_and_kept_nowhere() -> None:
+    result = golden("marine_propulsion")
+    rows = {state: [row for row in verdicts_of(result) if row.state == state]
+            for state in (KEPT, BARRED, BROKEN)}  # fmt: skip
+    words = as_json(result)
+    for state, told in rows.items():
+        shown = [row for row in words["limits"] if row["verdict"] == state]
+        assert told and [row["kept"] for row in shown] == len(told) * [state == KEPT]
+        assert state == BROKEN or all(row["satisfied"] for row in shown)
+    table = limit_table(rows[BARRED])[0].splitlines()
+    assert sum(line.endswith("  barred") for line in table) == len(rows[BARRED])
+    assert "max 100 barred\n" in render_report(result)
 
 
 def test_what_is_broken_in_a_condition_is_broken_for_verify() -> None:
@@ -269,3 +285,38 @@ def test_a_bound_may_be_a_temperature() -> None:
         assert (row.state, row.unit) == (state, "K")
         assert row.max == pytest.approx(bound + 273.15)
         assert row.margin == pytest.approx(1.0 if state == KEPT else -1.0)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "share"),
+    [
+        ({"max": 8.0}, 0.5), ({"max": 2.0}, 2.0), ({"min": 3.0}, 0.75), ({"min": 8.0}, 2.0),
+        ({"min": 1.0, "max": 5.0}, 0.8), ({"min": 3.5, "max": 80.0}, 0.875),
+        ({"min": 1.0, "max": 80.0}, 0.25), ({"min": -1.0, "max": 5.0}, 0.8),
+        ({"min": 3.0, "max": 100.0}, 0.75), ({"min": 0.0}, None), ({"max": 0.0}, None),
+        ({"min": -4.5, "max": 80.0}, None),
+    ],
+)  # fmt: skip
+def test_the_share_of_a_limit_is_that_of_its_nearer_side(
+    bounds: dict[str, float], share: float | None
+) -> None:
+    """Of a number 4 without a unit; a limit at or through zero on that side has no share."""
+    result, path = golden("engine_damped"), "response/torsion/reduction"
+    four = replace(result.record[path], values=np.array(4.0), axes=(), errors=None)
+    record = replace(result.record, quantities=result.record.quantities | {path: four})
+    row = judge(replace(result, record=record), {"quantity": path, **bounds})
+    assert (row.utilisation == pytest.approx(share)) if share else np.isnan(row.utilisation)
+    shown = limit_table([row])[0].splitlines()[-1].split()[-2]
+    assert (float(shown) == pytest.approx(100.0 * share)) if share else shown == "-"
+
+
+@pytest.mark.parametrize(("name", "linear"), [("roll_records", "1e-5"), ("roll_measured", "1")])
+def test_a_level_in_the_first_table_has_its_reference(name: str, linear: str) -> None:
+    result = golden(name)
+    measured = {**result.case["measurement"], "reference_level": float(linear)}
+    result = replace(result, case={**result.case, "measurement": measured}, verdicts=())
+    rows = [line for line in first_table(result, ())[0].splitlines() if " level " in line]
+    assert len(rows) == 9
+    for row in rows:
+        linearly = row.strip().startswith("translation")
+        assert f"dB re {linear} m/s^2" in row if linearly else "dB re 1 rad/s^2" in row

@@ -425,6 +425,19 @@ def test_a_mode_that_moves_nothing_shown_is_a_mode(shapes: list[list[float]], sa
     assert compare(golden, of(shapes)).same == same
 
 
+def test_an_axis_that_moved_is_said_with_the_largest_shift_and_its_entry() -> None:
+    axis = Axis(name="frequency", values=np.array([1.0, 2.0, 3.0, 4.0]), unit="Hz")
+    one = replace(quantity("a/b", (axis,)), values=np.zeros(4))
+    moved = replace(one, axes=(replace(axis, values=np.array([1.0, 2.25, 2.5, 4.0])),))
+    words = "axis frequency: 2 of 4 entries moved, most by -0.5 Hz, at frequency=3 Hz"
+    comparison = compare(result_of(one), result_of(moved), ruled(compare="value"))
+    assert only(comparison).problems == (words,) and words in render_differences(comparison)
+    longer = replace(axis, values=np.array([1.0, 2.0, 3.0, 4.0, 5.0]))
+    other = replace(one, axes=(longer,), values=np.zeros(5))
+    row = only(compare(result_of(one), result_of(other), ruled(compare="value")))
+    assert row.problems == ("frequency=5 Hz is not in the reference",)
+
+
 def resonance(speed: np.ndarray, centre: float = 31.74, damping: float = 0.08) -> np.ndarray:
     ratio = speed / centre
     return np.asarray(100 * ratio**2 / np.abs(1 - ratio**2 + 2j * damping * ratio))

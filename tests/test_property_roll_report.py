@@ -194,6 +194,8 @@ def test_each_order_of_a_level_has_its_own_extremes() -> None:
         ),
         (["machine.mounts[0].stiffness", "machine.mounts[1].stiffness"],
          ["mounts[0].stiffness", "mounts[1].stiffness"]),
+        (["machine.mounts.positions[2][0]", "machine.mounts.positions[3][1]"],
+         ["position of mount 3 along x", "position of mount 4 along y"]),
     ],
 )  # fmt: skip
 def test_a_key_says_whose_it_is(keys: list[str], words: list[str]) -> None:

@@ -16,9 +16,10 @@ from report_samples import golden, quantity
 from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Record, Result
+from vibecalc.core.run.stage import Harmonics
 from vibecalc.torsion.report.first_page import barred, conclusion
 from vibecalc.torsion.report.limits import flags
-from vibecalc.torsion.report.line import within
+from vibecalc.torsion.report.line import orders_words, within
 
 ROOT = "response/torsion/"
 
@@ -63,7 +64,7 @@ def row(lines: list[str], start: str, which: int = 0) -> list[str]:
     ("largest", "operating", "transient", "verdict", "words"),
     [
         (0.9, 0.5, 0.5, "kept", "within the limit"),
-        (1.2, 0.5, 0.7, "barred range", "within the limit"),
+        (1.2, 0.5, 0.7, "barred", "within the limit"),
         (1.2, 1.1, 0.7, "BROKEN", "exceeds limit 1 at the operating speed"),
         (2.2, 0.5, 1.3, "BROKEN", "exceeds limit 1 even for passage"),
         (2.2, 1.4, 1.3, "BROKEN", "at the operating speed and even for passage"),
@@ -168,3 +169,22 @@ def test_a_damper_without_springs_has_no_row_of_them(stiffness: float, count: in
     assert sum("stiffness" in line for line in told) == count
     assert sum("damping ratio" in line for line in told) == count
     assert any("damping  " in line for line in told)
+
+
+@pytest.mark.parametrize(
+    ("orders", "words"),
+    [
+        ([0.5, 1.0, 1.5], "orders 0.5 to 1.5 every 0.5"), ([4.0], "order 4"),
+        ([1.0, 2.0, 3.0, 4.04], "orders 1, 2, 3 and 1 of other shafts or constant frequencies"),
+        ([0.561, 1.0, 1.122, 12.0], "orders 1, 12 and 2 of other shafts or constant frequencies"),
+        (
+            [1, 2, 3, 4, 5, 6, 7, 7.3],
+            "orders up to 7 and 1 of other shafts or constant frequencies",
+        ),
+        ([1.5, 3.0, 6.0], "orders 1.5, 3 and 6"),
+    ],
+)  # fmt: skip
+def test_orders_are_named_that_are_whole_or_half(orders: list[float], words: str) -> None:
+    assert orders_words(np.array(orders)) == words
+    number = Harmonics(len(orders), orders[0], orders[-1], "rule").words()
+    assert ("up to" in number) == (len(orders) > 1 and "every" not in words)

@@ -1,6 +1,6 @@
 """Tables of a case that ask of an absorber: its response, and the tuning that keeps it small."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
@@ -46,6 +46,17 @@ AMPLITUDES = {
     "base_displacement": "base",
     "base_acceleration": "base_acceleration",
 }
+
+
+def excitation_and_response(asked: Mapping[str, Any], tuning: Mapping[str, Any]) -> tuple[str, str]:
+    """What [response.absorber] draws: as said, as its amplitude is, as in [tuning], the usual."""
+    by_size = next((kind for key, kind in AMPLITUDES.items() if asked.get(key) is not None), None)
+    return (
+        asked.get("excitation") or by_size or tuning.get("excitation") or "force",
+        asked.get("response") or tuning.get("response") or "displacement",
+    )
+
+
 AbsorberExcitation = Literal["force", "base", "unbalance", "base_acceleration"]
 TunedResponse = Literal[
     "displacement", "velocity", "acceleration", "transmitted_force", "deflection"

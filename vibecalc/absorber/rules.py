@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Iterator
 
-from vibecalc.absorber.asked_tables import AMPLITUDES
+from vibecalc.absorber.asked_tables import AMPLITUDES, excitation_and_response
 from vibecalc.absorber.tables import MOTIONS, WAYS, WIRE, Secondary
 from vibecalc.core.case.raw import Data, table_at
 from vibecalc.core.case.rules import Row, Rule, needs, one_of, refuse, row_at, unique
@@ -276,10 +276,8 @@ def _amplitude(row: Row) -> Iterator[Problem]:
                 also=PRIMARY,
             )
     modal, tuning = "modes" in primary, table_at(row.case, "tuning")
-    by_size = AMPLITUDES[said[0]] if said else None
-    of_ground = (
-        asked["excitation"] or by_size or tuning.get("excitation")
-    ) == "base_acceleration" or (asked["response"] or tuning.get("response")) == "deflection"
+    by, what = excitation_and_response(asked.data, tuning)
+    of_ground = by == "base_acceleration" or what == "deflection"
     if (modal or of_ground) and not said:
         yield asked.problem(
             "",

@@ -37,14 +37,11 @@ def plan_absorber(case: "Case") -> Iterator[Stage]:
 
 def asked_of(case: "Case") -> tuple[str, str]:
     """Excitation and response to draw: those said, else those of [tuning], else the usual ones."""
+    from vibecalc.absorber.asked_tables import excitation_and_response
+
     response = None if case.response is None else case.response.absorber
-    tuning = case.tuning
-    excitation = None if response is None else response.excitation or excited_by(case)
-    what = None if response is None else response.response
-    return (
-        excitation or (tuning.excitation if tuning is not None else "force"),
-        what or (tuning.response if tuning is not None else "displacement"),
-    )
+    tables = ({} if table is None else vars(table) for table in (response, case.tuning))
+    return excitation_and_response(*tables)
 
 
 def excited_by(case: "Case") -> str:

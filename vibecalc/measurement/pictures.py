@@ -99,7 +99,7 @@ def _harmonic(axes: "Axes", result: Result, whole: Quantity, column: int) -> "Ax
     axes.set_xticks(place, names)
     axes.tick_params(axis="x", labelrotation=45 if long else 0)
     axes.set_xlim(-0.6, len(names) - 0.4)
-    axes.set_ylabel(level_words(result, "", "m/s$^2$"))
+    axes.set_ylabel(level_words(result.case, unit="m/s$^2$"))
     return axes
 
 
@@ -143,7 +143,7 @@ def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
         axes.plot(place[kept], drawn[kept], mark, color=colour, label=words)
     axes.set_title("rotation", loc="left")
     axes.set_xlabel("harmonic")
-    axes.set_ylabel(level_words(result, "angular_", "rad/s$^2$").replace(" re", "\nre"))
+    axes.set_ylabel(level_words(result.case, "angular_", "rad/s$^2$").replace(" re", "\nre"))
     axes.set_xticks(range(1, max(int(np.max(place)), 3) + 1))
     axes.legend(ncols=3)
 
@@ -182,7 +182,7 @@ def draw_plate_map(result: Result) -> "Figure | None":
         _draw(axes, 1e3 * x, 1e3 * y, amplitude, reference)
         _mark(axes, result, place)
         axes.set_title(title, loc="left")
-        axes.figure.axes[-1].set_ylabel(level_words(result, "", "m/s$^2$"), fontsize=7.5)
+        axes.figure.axes[-1].set_ylabel(level_words(result.case, unit="m/s$^2$"), fontsize=7.5)
     if grid[0, 0].get_legend_handles_labels()[1]:
         figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center")
     return figure

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.measurement import results
-from vibecalc.measurement.signals import MeanOrders, mean_of_blocks
+from vibecalc.measurement.signals import MeanOrders, mean_of_blocks, shortened
 from vibecalc.measurement.tables import Measurement
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
@@ -45,13 +45,14 @@ def record_means(table: Measurement) -> Iterator[ChannelOrders]:
         errors = np.array(found.error).reshape(count, -1)
         lines = np.array(found.lines).reshape(count, -1)
         off = np.array(found.by_angle).reshape(count, -1)
+        orders, scatter = np.array(table.orders), found.pulse_scatter * (record.disc == "even")
         for place, channel in enumerate(record.channels):
             yield ChannelOrders(
                 name=next(names),
                 at=channel.at,
                 use=channel.use,
                 blocks=values[place],
-                mean=_with(mean_of_blocks(values[place]), off[place]),
+                mean=_with(mean_of_blocks(values[place]), off[place], orders, scatter),
                 error=errors[place],
                 speeds=np.array(found.speeds),
                 lines=lines[place],
@@ -60,8 +61,9 @@ def record_means(table: Measurement) -> Iterator[ChannelOrders]:
             )
 
 
-def _with(mean: MeanOrders, off: FloatArray) -> MeanOrders:
-    return MeanOrders(mean.amplitudes, np.hypot(mean.along, off), np.hypot(mean.across, off))
+def _with(mean: MeanOrders, off: FloatArray, orders: FloatArray, scatter: float) -> MeanOrders:
+    along = np.hypot(mean.along, np.hypot(off, shortened(mean.amplitudes, orders, scatter)))
+    return MeanOrders(mean.amplitudes, along, np.hypot(mean.across, off))
 
 
 def emit_records(scene: Scene, table: Measurement) -> None:

@@ -1,7 +1,7 @@
 """Motion of a plate from readings in the report: motion, levels by position, uncertainty."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,10 +29,15 @@ def _of(name: str, head: str, factor: float = 1.0, form: str = "{:.2f}") -> Cell
 _DEGREES = math.degrees(1.0)
 
 
-def level_words(result: Result, kind: str, unit: str) -> str:
+def level_words(case: Mapping[str, Any], kind: str = "", unit: str = "m/s^2") -> str:
     """`dB re 1e-5 m/s^2`, with the reference of the case."""
-    given: Any = table_of(result.case, "measurement").get(f"{kind}reference_level")
+    given: Any = table_of(case, "measurement").get(f"{kind}reference_level")
     return f"dB re {float(given or 1.0):g} {unit}".replace("e-0", "e-")
+
+
+def angular_level_words(case: Mapping[str, Any]) -> str:
+    """The same of roll and pitch: `dB re 1 rad/s^2`."""
+    return level_words(case, "angular_", "rad/s^2")
 
 
 # ----------------------------------------------------------------------------
@@ -135,8 +140,7 @@ def measurement(result: Result) -> Section | None:
         "motions compatible with the levels": candidates(record),
     }
     known = having(record, _STEM + "roll_level", "order") is not None
-    linear, angular = (level_words(result, kind, unit)
-                       for kind, unit in (("", "m/s^2"), ("angular_", "rad/s^2")))  # fmt: skip
+    linear, angular = level_words(result.case), angular_level_words(result.case)
     told = _MOTION._replace(note=_MOTION.note.format(linear=linear, angular=angular))
     motion = rows_of(record, told)[0] if known else []
     blocks = [motion, _quiet(record, linear)]

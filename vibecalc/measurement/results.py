@@ -37,8 +37,9 @@ AXES = {
 
 
 def _each(name: str) -> dict[str, Any]:
-    words = f"{name} level"
-    return {"headline": Headline(words, "dB", pick="each"), "name": words}
+    words, kind = f"{name} level", "" if name == "translation" else "angular_"
+    reference = f"vibecalc.measurement.report:{kind}level_words"
+    return {"headline": Headline(words, "dB", pick="each", reference=reference), "name": words}
 
 
 class Whole(Group):

@@ -68,7 +68,8 @@ class Shaft(NamedTuple):
 
     Standard uncertainties in rad: `zero` of where the angle is zero, `wander` of what is left about
     it (root mean square), `scatter` of one pulse. `late` (p,) is by how much each pulse of a disc
-    comes late, which repeats each turn; zeros where that is not seen.
+    comes late, which repeats each turn; zeros where that is not seen. Of an even disc `scatter` is
+    in the angle within each turn, see `shortened`.
     """
 
     angles: FloatArray
@@ -101,26 +102,42 @@ def shaft_of_pulses(pulses: Pulses, per_turn: int, even: bool = False) -> Shaft:
     The time of pulse k of a disc with p pulses is T(2 pi k / p) + T' d_j + e: T a smooth spline of
     as many pieces as the pulses ask for (AICc, Hurvich and Tsai, Biometrika 76, 1989, 297-307), d
     the pattern of the disc, j = k mod p, e what a pulse scatters by. Of a disc that is said to be
-    `even` each pulse counts as it came, and a pattern is motion of the shaft.
+    `even` each pulse counts as it came, with all that it scatters by, and a pattern is motion of
+    the shaft.
     """
     times, count = pulses.times, pulses.times.size
     angles = _TURN * np.arange(count) / per_turn
     rate = (angles[-1] - angles[0]) / (times[-1] - times[0])
-    if even or count < 2 * per_turn + 8:
+    if count < 2 * per_turn + 8:
         off = rate * pulses.sampling
         return Shaft(angles, times, off / count**0.5, off, off, np.zeros(per_turn))
     fit = min(_fits(pulses, angles, per_turn), key=lambda one: one.criterion)
     spread, late = rate * fit.deviation, rate * fit.late
     if spread < _CLEAN and not np.any(np.abs(late) > _CLEAN):
         return Shaft(angles, times, spread / count**0.5, spread, spread, np.zeros(per_turn))
-    zero = spread**2 * (per_turn if np.any(late) else 1) / count
+    zero = spread**2 * (per_turn if np.any(late) and not even else 1) / count
     # the jumps of a square wave all lie between their samples: so far can all move together
     low, high = np.max(pulses.before - fit.pulses), np.min(pulses.after - fit.pulses)
     shift = 0.0
     if pulses.square and low < high:
         shift, zero = 0.5 * (low + high), 0.25 * zero + (rate * (high - low)) ** 2 / 12.0
+    if even:
+        spread = rate * _scatter_of_each(pulses, fit)
+        return Shaft(angles, times + shift, zero**0.5, spread, spread, np.zeros(per_turn))
     wander = spread * ((fit.unknowns - 1.0) / count) ** 0.5
     return Shaft(angles - late[0], fit.smooth + shift, zero**0.5, wander, spread, late)
+
+
+def _scatter_of_each(pulses: Pulses, fit: "_Fit") -> float:
+    """What one pulse of an even disc is off by, s: what is neither smooth motion nor repeats.
+
+    Of what repeats, sampling may have made as much as it can be off by: at a constant speed each
+    turn is sampled alike.
+    """
+    left = float(np.sum((pulses.times - fit.pulses) ** 2))
+    apart = (left / (pulses.times.size - fit.unknowns)) ** 0.5
+    repeated = float(np.sqrt(np.mean(fit.late**2)))
+    return max(float(apart), min(pulses.sampling, float(np.hypot(apart, repeated))))
 
 
 #: rad; pulses that scatter by less count as they came
@@ -451,6 +468,19 @@ def _of_mean(apart: FloatArray) -> FloatArray:
     tied = np.where(tied > 2.0 / count**0.5, tied, 0.0)
     more = (1.0 + tied) / np.maximum(1.0 - tied, 0.1)
     return np.asarray(np.sqrt(square / (count - 1) / count * more))
+
+
+#: mean square between pulses of a cubic spline through pulses that scatter by one each
+_BETWEEN = 0.8742
+
+
+def shortened(mean: ComplexArray, orders: FloatArray, scatter: float) -> FloatArray:
+    """By how much orders (..., o) come out too short where each pulse of an even disc is off.
+
+    The pulses count as they came, and `scatter` (rad, root mean square) goes into the angle within
+    each turn: no scatter of blocks shows it. E exp(i n e) is 1 - n^2 <e^2> / 2.
+    """
+    return np.asarray(0.5 * np.abs(mean) * _BETWEEN * (orders * scatter) ** 2)
 
 
 def by_angle(mean: ComplexArray, lines: FloatArray, wander: float, torsion: float) -> FloatArray:

@@ -3,7 +3,16 @@
 import numpy as np
 
 from vibecalc.core.report.canvas import LIMIT, QUIET
-from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, Plot, operating, spans
+from vibecalc.core.report.curves import (
+    Curve,
+    Curves,
+    Mark,
+    Panel,
+    Plot,
+    limits,
+    operating,
+    spans,
+)
 from vibecalc.core.report.marks import peak
 from vibecalc.core.report.sections import having, speed_of
 from vibecalc.core.report.sources import entry_of
@@ -94,7 +103,7 @@ def _over_speed(name: str, unit: str) -> Panel:
     path = f"{RUN_UP}/{name}_rms"
     left_out = spans("isolation/resonances_skipped", "left out: unbounded")
     top = peak(f"{path}_largest", f"{path}_largest_speed")
-    parts = (left_out, Curve(path, "{}"), _zones(name), operating, top)
+    parts = (left_out, Curve(path, "{}"), limits(f"{path}_largest"), _zones(name), operating, top)
     return Panel(f"{name}, r.m.s.", parts, unit=unit, log="y", legend=_RIGHT)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.absorber.asked_tables import excitation_and_response
 from vibecalc.absorber.report.motion import band_words, in_percent, tolerances
 from vibecalc.core.report.rows import Cells, Rows, evenly, part_of, rows_of
 from vibecalc.core.report.sections import (
@@ -73,12 +74,12 @@ def _curves(result: Result) -> list[str]:
     lines, _ = together(rows_of(result.record, CURVES), rows_of(result.record, TRAVELS))
     if not lines:
         return []
-    options = {**table_of(result.case, "tuning"), **table_of(result.case, "response", "absorber")}
-    what = str(options.get("response") or "displacement").replace("_", " ")
-    by = str(options.get("excitation") or "force")
+    options, tuning = table_of(result.case, "response", "absorber"), table_of(result.case, "tuning")
+    by, what = excitation_and_response(options, tuning)
     over = "base motion" if by.startswith("base") else "static displacement of the primary"
     over = "(unbalance / mass of the primary)" if by == "unbalance" else over
-    about = paragraph(f"{what} for {by.replace('_', ' ')} excitation; displacements / {over}")
+    of = f"{what} for {by} excitation".replace("_", " ")
+    about = paragraph(f"{of}; displacements / {over}")
     return [*about, *lines]
 
 

@@ -23,7 +23,7 @@ from vibecalc.core.report.html import (
 )
 from vibecalc.core.report.sections import Section, other, read_as, section, stacked, table_of
 from vibecalc.core.report.text import OF_STUDIES, identity
-from vibecalc.core.report.verdicts import bounds_of, judge_references, place_of
+from vibecalc.core.report.verdicts import bounds_of, in_percent, judge_references, place_of
 from vibecalc.core.report.writing import (
     Column,
     as_text,
@@ -176,7 +176,7 @@ def judged(result: Result) -> list[str]:
 
 
 _BARRED = (
-    "Barred range: exceeded only in speed ranges that may be barred for continuous operation, and "
+    "Barred: exceeded only in speed ranges that may be barred for continuous operation, and "
     "not at the operating speed."
 )
 _INFORMATIVE = "Informative: the society's or the standard's current text counts."
@@ -196,7 +196,7 @@ def limit_table(rows: Sequence[Verdict], *notes: str) -> list[str]:
 
 
 def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
-    element, limit, source, use = row.element, row.limit, row.source, row.utilisation
+    element, limit, source = row.element, row.limit, row.source
     unit = "%" if not element and read_as(row.quantity, row.unit)[1] == "%" else row.unit
     factor = 1.0 if unit == row.unit else convert(1.0, row.unit, unit)
     bounds = ", ".join(bounds_of(row, factor))
@@ -214,13 +214,11 @@ def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
         element = place_of(row).strip() or picks
         limit = read_as(row.quantity, row.unit)[0] + " (start)" * (row.at == "start")
         source = source or "limit of the case"
-    if math.isnan(use) and row.max is not None and row.max > 0.0 and row.unit != "dB":
-        use = row.computed / row.max
-    shown = show(100.0 * use) if math.isfinite(use) else ""
     at = turns(row.speed) if math.isfinite(row.speed) else ""
     rule = source * rules, row.status * statuses
     verdict = pages.limit_verdict(row)
-    return [element, limit, *rule, bounds, computed, unit, shown, at, verdict]
+    use = in_percent(row.utilisation)
+    return [element, limit, *rule, bounds, computed, unit, use, at, verdict]
 
 
 def _running(title: str) -> str:

@@ -1,14 +1,15 @@
 """What pictures share: a figure without a window, colours, marks, units."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibecalc.core.report.sections import read_as, speed_of
-from vibecalc.core.report.writing import fold, rpm
+from vibecalc.core.report.writing import fold, read, rpm
+from vibecalc.core.results.catalogue import deciding
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.core.results.verdicts import entries, verdicts_of
 from vibecalc.units import convert
@@ -189,18 +190,25 @@ def only(result: Result, path: str) -> Result:
     return replace(result, case={**result.case, **kept})
 
 
-def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[str, float]]:
+def bounds_of(
+    result: Result, quantity: str, drawn: Mapping[str, Collection[str]] | None = None
+) -> list[tuple[str, float]]:
     """Upper bounds that the case puts on `quantity` at the optimum, in SI, with their words.
 
-    Without those on one entry of an array, if that is said.
+    Of a curve over its last axis `drawn` are the entries of the other axes: without bounds on other
+    entries, or at one place of the curve, and with those on its extreme over all speeds.
     """
+    paths = {quantity, deciding(quantity, {}, "max")} if drawn is not None else {quantity}
     found = []
-    for row in verdicts_of(only(result, quantity)):
-        own = row.quantity == quantity and not row.element and row.at != "start"
-        if own and row.max is not None and (entry or not row.where):
+    for row in (row for path in sorted(paths) for row in verdicts_of(only(result, path))):
+        own = row.quantity in paths and not row.element and row.at != "start"
+        on = {axis: str(entry) for axis, entry in row.where.items()}
+        there = drawn is None or all(one in drawn.get(axis, ()) for axis, one in on.items())
+        if own and there and row.max is not None:
             value = convert(row.max, row.unit, result.record[quantity].unit)
-            found.append((f"limit {row.max:g} {row.unit}".rstrip(), value))
-    return found
+            words = f"limit {row.max:g} {read(row.unit)}".rstrip()
+            found.append((", ".join([words, *(on.values() if drawn else ())]), value))
+    return list(dict.fromkeys(found))
 
 
 # ----------------------------------------------------------------------------

@@ -46,6 +46,7 @@ from vibecalc.core.report.sources import (
 )
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.catalogue import deciding
 from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.core.results.verdicts import entries
 from vibecalc.units import convert, parse_quantity
@@ -132,8 +133,9 @@ def draw_points(
 class Curve:
     """A quantity over its last axis, a curve for each entry of the axes before it.
 
-    Of many entries the `most` with the largest values are drawn, and those that references stand
-    on, equal ones as one; their names stand at `{}` of `words`, at `{each}` as `mounts 1, 2`.
+    Of many entries the `most` with the largest values are drawn, and those that references or
+    limits are on, equal ones as one; their names stand at `{}` of `words`, at `{each}` as
+    `mounts 1, 2`.
     `part` makes numbers of complex values, their size if nothing is said. `upto` fills the band
     to another quantity, `bars` draws bars (dots on a logarithmic axis, which has no zero), with
     ranges between the two quantities `within` where these differ. References of the case on the
@@ -191,7 +193,8 @@ class Curve:
                     apart=self.apart, colour=LIMIT if self.apart else colour,
                 ))  # fmt: skip
         if self.part is None:
-            for text, bound in bounds_of(plot.result, quantity.path, entry=False):
+            shown = {axis.name: labels(axis) for axis in quantity.axes[:-1]}
+            for text, bound in bounds_of(plot.result, quantity.path, shown):
                 plot.limit(text, bound)
 
     def known_by(self, names: Sequence[str], quantity: Quantity, result: Result) -> str:
@@ -201,8 +204,9 @@ class Curve:
 
     def rows(self, quantity: Quantity, result: Result) -> list[tuple[list[str], np.ndarray, Any]]:
         """What is drawn of the quantity; bars of equal height have a place each."""
-        known = entries(result, "reference")
-        places = [row.get("where") or {} for row in known if row["quantity"] == quantity.path]
+        known = (*entries(result, "reference"), *entries(result, "limit"))
+        paths = quantity.path, deciding(quantity.path, {}, "max")
+        places = [row.get("where") or {} for row in known if row["quantity"] in paths]
         names = {_named(quantity.axes[:-1], place) for place in places}
         near = 0.0 if self.bars else _EQUAL
         return rows_of(quantity, self.most, self.part, near, names)

@@ -1,6 +1,7 @@
 """What an optimisation is after, as its case says it: variables, choices, objectives, units."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -37,11 +38,27 @@ _SHARED = frozenset({"inertia", "stiffness", "damping", "torque", "gain"})
 _OWNERS = frozenset({"rotor", "shell", "motor", "friction", "control"})
 
 
+#: a coordinate of an entry of a list of places
+_COORDINATE = re.compile(r"(?:.*\.)?(\w+)s\.(\w+)s\[(\d+)\]\[([012])\]")
+
+
+def coordinate_words(key: str) -> str:
+    """`position of mount 3 along x` for `machine.mounts.positions[2][0]`, else the key itself."""
+    found = _COORDINATE.fullmatch(key)
+    if found is None:
+        return key
+    owner, name, place, axis = (one.replace("_", " ") for one in found.groups())
+    return f"{name} of {owner} {int(place) + 1} along {'xyz'[int(axis)]}"
+
+
 def key_words(keys: Sequence[str], case: Mapping[str, Any]) -> list[str]:
     """The shortest end of each key that no other key has, and whose it is where many have such."""
     parts = [key.split(".") for key in keys]
     names = []
-    for path in parts:
+    for key, path in zip(keys, parts, strict=True):
+        if coordinate_words(key) != key:
+            names.append(coordinate_words(key))
+            continue
         others = [other for other in parts if other is not path]
         alone = (n for n in range(1, len(path)) if all(o[-n:] != path[-n:] for o in others))
         size = next(alone, len(path))

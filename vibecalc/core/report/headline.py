@@ -13,20 +13,19 @@ from vibecalc.core.report.goals import (
     PREFIX,
     VARIABLE,
     bound_units,
+    coordinate_words,
     in_unit,
     key_words,
     label_of,
 )
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
-from vibecalc.core.report.verdicts import bounds_of, entry_in_words, place_of
+from vibecalc.core.report.verdicts import bounds_of, entry_in_words, in_percent, place_of
 from vibecalc.core.report.writing import decibels, number, read, rpm, short, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import (
-    BARRED,
-    BROKEN,
     KEPT,
-    UNDECIDED,
+    WORST_FIRST,
     Estimate,
     Headline,
     Quantity,
@@ -54,8 +53,6 @@ _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
 
 #: last word of the paths of results that are a load over what a limit allows, read in percent
 _UTILISATION = "utilisation"
-#: verdicts, the worst first
-_WORST_FIRST = (BROKEN, UNDECIDED, BARRED, KEPT)
 
 
 class Answer(NamedTuple):
@@ -78,7 +75,7 @@ class Answer(NamedTuple):
         """The limit that decides: that of the worst verdict, then of the largest utilisation."""
 
         def rank(one: Verdict) -> tuple[int, float]:
-            return _WORST_FIRST.index(one.state), -np.nan_to_num(one.utilisation, nan=0.0)
+            return WORST_FIRST.index(one.state), -np.nan_to_num(one.utilisation, nan=0.0)
 
         return min(self.limits, key=rank, default=None)
 
@@ -89,14 +86,18 @@ def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
     for one in with_limits(result, limits):
         words = dict.fromkeys(map(_held, one.limits)), dict.fromkeys(map(_share, one.limits))
         held, shares = ("\n".join(each) for each in words)
-        rows.append([one.name, one.shown, read(_told_unit(one)), one.where, held, shares])
+        rows.append(
+            [one.name, one.shown, read(_told_unit(one, result.case)), one.where, held, shares]
+        )
     heads = ("result", number("value"), "unit", "where", "limit", number("util.\n%"))
     return table(heads, rows)
 
 
-def _told_unit(answer: Answer) -> str:
-    """The unit; of a level with its reference, where that is the same in every case."""
+def _told_unit(answer: Answer, case: Mapping[str, Any]) -> str:
+    """The unit; of a level with its reference, that of the case or of every case."""
     known = CATALOGUE.get(answer.path) if answer.unit == "dB" else None
+    if known and known.headline and known.headline.reference:
+        return str(named(known.headline.reference)(case))
     found = _REFERENCE.search(known.long_name) if known else None
     return found[0] if found else answer.unit
 
@@ -150,7 +151,7 @@ def _with_rule(answer: Answer, limits: Sequence[Verdict]) -> Answer:
         quantity=answer.path, where={}, source="", min=None, max=None, unit="%", computed=0.0,
         label="", error_estimate=Estimate(0.0, 0.0), margin=0.0, state=KEPT,
     )  # fmt: skip
-    row = min(own, key=lambda one: _WORST_FIRST.index(one.state), default=covered)
+    row = min(own, key=lambda one: WORST_FIRST.index(one.state), default=covered)
     held = row._replace(
         max=100.0, unit="%", computed=answer.value, margin=100.0 - answer.value,
         utilisation=answer.value / 100.0,
@@ -198,9 +199,10 @@ def _held(limit: Verdict) -> str:
 
 
 def _share(limit: Verdict) -> str:
-    """The utilisation in percent; nothing where the result itself is one."""
-    known = math.isfinite(limit.utilisation) and limit.unit != "%"
-    return show(100.0 * limit.utilisation, digits=3) if known else ""
+    """The utilisation in percent; nothing where the result itself is one, or is yes or no."""
+    entry = CATALOGUE.get(limit.quantity)
+    told = limit.quantity.endswith(_UTILISATION) or (entry is not None and entry.flag)
+    return "" if told else in_percent(limit.utilisation, digits=3)
 
 
 def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[Answer]:
@@ -248,6 +250,7 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
             text = show(value)
         elif path.startswith(VARIABLE):
             words = _SIDES.get(int(scalar_of(record, f"{PREFIX}active_bound/{name}") or 0), "")
+            name = coordinate_words(name)
         elif path.startswith("find/") and path.endswith("/value"):
             name = _sought(case, path.split("/")[1])
         elif path == f"{PREFIX}objective":

@@ -19,7 +19,7 @@ _APART = ("schema", "title", "source", "document", "reference", "reference_table
 _NUMBERS = ("number", "whole", "value")
 #: what the words on a key have for its author: how values are written, and its default
 _FOR_AUTHORS = re.compile(r"(,? (as )?([\d.]+ or )?'|; (default|needed )).*$", re.DOTALL)
-_DIGITS = 6
+_DIGITS, _WRITTEN = 6, 10
 
 
 def inputs(result: Result) -> list[str]:
@@ -132,16 +132,21 @@ def _value(value: Any, written: Any, shape: Shape) -> str:
         more = f" ... ({many(len(value), 'value')})" if len(value) > LONGEST else ""
         return ("; " if isinstance(value[0], list) else ", ").join(some) + more
     if isinstance(value, Mapping):
-        return ", ".join(f"{name} {one}" for name, one in value.items())
+        return ", ".join(f"{name} {_bare(one)}" for name, one in value.items())
     if isinstance(value, bool):
         return "yes" if value else "no"
     if shape.kind not in _NUMBERS or isinstance(value, str):
-        return str(value)
+        return _bare(value)
     if isinstance(written, str) and _same(written, value, shape):
         return written
     turns = shape.noun == "an angular speed"
     unit = "rpm" if turns else READ.get(shape.unit or "", shape.unit or "")
     return f"{convert(float(value), shape.unit or '', unit):.{_DIGITS}g} {unit}".rstrip()
+
+
+def _bare(value: Any) -> str:
+    """A value whose unit is not known, with no more digits than somebody may have written."""
+    return f"{value:.{_WRITTEN}g}" if isinstance(value, float) else str(value)
 
 
 def _same(written: str, value: float, shape: Shape) -> bool:

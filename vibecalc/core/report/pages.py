@@ -18,7 +18,6 @@ from vibecalc.core.report.verdicts import (
     ReferenceRow,
     bounds_of,
     place_of,
-    state_in_words,
 )
 from vibecalc.core.report.writing import (
     many,
@@ -88,11 +87,12 @@ def margin(row: Verdict) -> str:
 
 
 def limit_verdict(row: Verdict) -> str:
-    """`kept`, `barred range`, `BROKEN` or `UNDECIDED`, or whether an expected break came."""
-    state = state_in_words(row)
+    """`kept`, `barred`, `BROKEN` or `UNDECIDED`, or whether an expected break came."""
     if row.expect == KEPT:
-        return state if row.satisfied else state.upper()
-    return "broken, as expected" if row.satisfied else f"{state.upper()}, not broken as expected"
+        return row.state if row.satisfied else row.state.upper()
+    if row.satisfied:
+        return "broken, as expected"
+    return f"{row.state.upper()}, not broken as expected"
 
 
 def references(rows: Sequence[ReferenceRow]) -> list[str]:

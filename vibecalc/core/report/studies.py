@@ -18,6 +18,7 @@ from vibecalc.core.report.goals import (
     Variable,
     bound_unit,
     bound_units,
+    coordinate_words,
     goals_of,
     in_unit,
     label_of,
@@ -86,15 +87,18 @@ def _variables(result: Result) -> list[str]:
     for one in variables_of(result):
         start = "-" if one.start is None else show(one.start)
         side = scalar_of(result.record, f"{PREFIX}active_bound/{one.key}")
-        cells = [one.key, start, show(one.value, one.error), one.unit]
+        cells = [coordinate_words(one.key), start, show(one.value, one.error), one.unit]
         rows.append([*cells, show(one.lower), show(one.upper), SIDES[int(side or 0)]])
     ties = []
     for variable in table_of(result.case, "optimisation").get("variables") or ():
         there = f"{PREFIX}variable/{variable['key']}" in result.record
         for tie in variable.get("followed_by") or () if there else ():
             factor, offset = float(tie.get("factor", 1.0)), tie.get("offset")
-            words = f"{tie['key']} follows {'' if factor == 1.0 else f'{factor:g} times '}"
-            words += str(variable["key"]) + ("" if offset is None else f" + {offset}")
+            tied = coordinate_words(str(tie["key"]))
+            words = f"{tied} follows {'' if factor == 1.0 else f'{factor:g} times '}"
+            words += coordinate_words(str(variable["key"])) + (
+                "" if offset is None else f" + {offset}"
+            )
             ties += paragraph(words, "-")
     heads = ("variable", number("start"), number(_ended(result.record)), "unit", number("lower"),
              number("upper"), "")  # fmt: skip

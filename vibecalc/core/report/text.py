@@ -204,7 +204,8 @@ def as_json(
     of its terms is 0; what is no larger than its `error` for another reason is not `resolved`. What
     is undefined is None, and so is what is infinite, since JSON has no word for it; an infinite
     limit entry still says `kept: false`. An undecided one has `kept: null` and says what would
-    decide it.
+    decide it; one that is exceeded in barred ranges only is not kept either, but `satisfied`, as is
+    every limit that does what the case expects.
     """
     return {
         "case": result.name,
@@ -251,7 +252,7 @@ def quantity_object(quantity: Quantity) -> dict[str, Any]:
 
 
 _REFERENCE = "quantity where source value computed resolved unit relative_difference within kind"
-_LIMIT = "quantity where source min max unit computed margin utilisation kept"
+_LIMIT = "quantity where source min max unit computed margin utilisation kept satisfied"
 
 
 def _parts(row: Any, names: str, **others: str) -> dict[str, Any]:

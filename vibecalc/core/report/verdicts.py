@@ -5,10 +5,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.report.writing import DIGITS, rpm, show
 from vibecalc.core.results.printed import read_printed, tolerance_of
 from vibecalc.core.results.record import (
-    BARRED,
     KEPT,
     TURN,
     UNDECIDED,
@@ -134,16 +133,16 @@ def entry_in_words(axis: str, entry: str) -> str:
     return entry if name in entry.split() else f"{name} {entry}"
 
 
-def state_in_words(row: Verdict) -> str:
-    """The verdict as people read it."""
-    return "barred range" if row.state == BARRED else row.state
-
-
 def bounds_of(row: Verdict, factor: float = 1.0) -> list[str]:
     """The bounds of a limit times a factor: `max 400`."""
     sides = {"min": row.min, "max": row.max}
     return [f"{side} {factor * bound:.6g}"
             for side, bound in sides.items() if bound is not None]  # fmt: skip
+
+
+def in_percent(utilisation: float, digits: int = DIGITS) -> str:
+    """The utilisation of a limit in percent, `-` of one that has none."""
+    return show(100.0 * utilisation, digits=digits) if math.isfinite(utilisation) else "-"
 
 
 def _computed(value: float, digits: int, lead: str = "computed ") -> str:

@@ -317,8 +317,11 @@ def align(reference: Quantity, value: Quantity, rule: Rule, free: str = "") -> P
             first = position
             continue
         from_left, from_right = match_labels(one.values, other.values)
-        problems += _left_out(one, from_left, "is missing")
-        problems += _left_out(other, from_right, "is not in the reference")
+        moved = _shifted(one, other) if len(from_left) < len(one.values) else []
+        problems += moved or [
+            *_left_out(one, from_left, "is missing"),
+            *_left_out(other, from_right, "is not in the reference"),
+        ]
         left = left.take(from_left, axis=position)
         right = right.take(from_right, axis=position)
         axes.append(Axis(name=one.name, values=np.asarray(one.values)[from_left], unit=one.unit))
@@ -354,6 +357,23 @@ def match_labels(left: np.ndarray, right: np.ndarray) -> tuple[list[int], list[i
                 j += 1
     pairs.sort()
     return [one for one, _ in pairs], [other for _, other in pairs]
+
+
+def _shifted(one: Axis, other: Axis) -> list[str]:
+    """The largest shift of a physical axis of as many entries, and where; none of bare labels."""
+    left, right = np.asarray(one.values), np.asarray(other.values)
+    physical = bool(one.unit) and left.dtype.kind == right.dtype.kind == "f"
+    if not physical or len(left) != len(right) or not np.isfinite([left, right]).all():
+        return []
+    shift, size = right - left, np.maximum(np.abs(left), np.abs(right))
+    worst, count = (
+        int(np.argmax(np.abs(shift))),
+        np.count_nonzero(np.abs(shift) > LABEL_RTOL * size),
+    )
+    return [
+        f"axis {one.name}: {count} of {len(left)} entries moved, most by "
+        f"{shift[worst]:+.4g} {one.unit}, at {one.name}={entry_text(one, worst)}"
+    ]
 
 
 def _left_out(axis: Axis, shared: list[int], words: str) -> list[str]:

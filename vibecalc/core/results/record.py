@@ -36,7 +36,8 @@ class Headline(NamedTuple):
     `by`, of the same entries, the entry is that where this is largest. `at` is the path of the
     speeds, or ratios of frequencies, at which the entries are met. Where there is a quantity at
     `unless`, that says it better. `words` names a function (record, place among the entries, path),
-    as `package.module:function`, whose words stand for the entry; None for it itself.
+    as `package.module:function`, whose words stand for the entry; None for it itself. `reference`
+    names one (case) that says what a level refers to, where that is a key of the case.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Headline(NamedTuple):
     unless: str = ""
     words: str = ""
     by: str = ""
+    reference: str = ""
 
 
 #: what an SI unit is read in, if not in itself
@@ -390,14 +392,15 @@ def _brief(values: np.ndarray, unit: str) -> str:
 
 #: what became of a limit
 KEPT, BARRED, BROKEN, UNDECIDED = "kept", "barred", "broken", "undecided"
+WORST_FIRST = (BROKEN, UNDECIDED, BARRED, KEPT)
 
 
 class Verdict(NamedTuple):
     """A limit and the worst entry it is held against; all numbers but `speed` in `unit`.
 
     `state` is KEPT where the whole interval of the value and its error lies inside, BROKEN where it
-    lies outside, else UNDECIDED, and `decided_by` says what would decide it; BARRED is kept but in
-    ranges of speeds that a rule lets be barred. `quantity` is the path of the result that decides,
+    lies outside, else UNDECIDED, and `decided_by` says what would decide it; BARRED is broken only
+    in ranges of speeds that a rule lets be barred. `quantity` is the path of the deciding result,
     `where` what was picked of it, `label` the worst entry. A limit that is no `[[limit]]` has an
     `element` that bears something and the words of the `limit` on it; `status` says whose it is.
     `utilisation` is the share of the bound, NaN where there is none; `speed` is in rad/s, NaN
@@ -428,12 +431,12 @@ class Verdict(NamedTuple):
     @property
     def kept(self) -> bool | None:
         """None where that is undecided."""
-        return None if self.state == UNDECIDED else self.state != BROKEN
+        return None if self.state == UNDECIDED else self.state == KEPT
 
     @property
     def satisfied(self) -> bool:
-        """Whether the limit does what the case expects of it."""
-        return self.kept is (self.expect == KEPT)
+        """Whether the limit does what the case expects of it; a barred one may be kept to."""
+        return (KEPT if self.state == BARRED else self.state) == self.expect
 
     @property
     def borne(self) -> str:

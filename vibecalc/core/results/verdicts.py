@@ -96,6 +96,17 @@ class Bound(NamedTuple):
         """What is left from values (...) to the bound: positive inside."""
         return self.value - values if self.side == "max" else values - self.value
 
+    def utilisation(self, value: float, unit: str) -> float:
+        """The share of the bound that a value takes up, above 1 outside: value over `max`, `min`
+        over value; NaN where that is no share, of a bound or a level at or through zero.
+
+        A level in dB is a logarithm: its zero is its reference, not nothing.
+        """
+        above, below = (value, self.value) if self.side == "max" else (self.value, value)
+        if unit == "dB" or not self.value > 0.0 or not below > 0.0:
+            return math.nan
+        return above / below
+
     def scaled(self, margin: Any) -> Any:
         """Margins (...) as shares of the bound."""
         return margin / (abs(self.value) or 1.0)
@@ -159,13 +170,13 @@ def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
         held_worst, left, value, off, label, bound = min(sides, key=lambda one: one[:2])
         state = _STATES[held_worst]
         computed, limit = convert(value, own, unit), limits[bound.side]
+        share = bound._replace(value=limit).utilisation(computed, unit)
+        if math.isfinite(share):  # of a range, the side of which more is taken up
+            share = max(share, *(one[-1].utilisation(one[2], own) for one in sides))
         off = convert(off, own, unit)
         margin = left
         if math.isfinite(left):
             margin = limit - computed if bound.side == "max" else computed - limit
-        # a level is a logarithm, and what may be no more than nothing has no share of it
-        measured = bound.side == "max" and limit > 0.0 and unit != "dB"
-        share = computed / limit if measured else math.nan
         decided_by = _decided_by(result, quantity, where) if state == UNDECIDED else ""
     return Verdict(
         quantity=str(entry["quantity"]),

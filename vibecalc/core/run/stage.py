@@ -45,15 +45,16 @@ class Harmonics(NamedTuple):
     is_least: bool = False
 
     def words(self) -> str:
-        """`12: 0.5 to 6 by 0.5 (the case asks)`."""
+        """`12: 0.5 to 6 by 0.5 (the case asks)`; in other steps `7 up to 12`."""
         if self.number <= 1:
             return f"{self.number}: {self.highest:g} ({self.rule})"
         step = (self.highest - self.lowest) / (self.number - 1)
         even = abs(step - self.lowest) <= 1e-9 * self.lowest
-        by = "" if step == 1.0 or not even else f" by {step:.6g}"
+        by = "" if step == 1.0 else f" by {step:.6g}"
         at_least = "at least " if self.is_least else ""
-        ends = f"{self.lowest:.4g} to {self.highest:.4g}"
-        return f"{at_least}{self.number}: {ends}{by} ({self.rule})"
+        ends = f": {self.lowest:.4g} to {self.highest:.4g}{by}"
+        ends = ends if even else f" up to {self.highest:.4g}"
+        return f"{at_least}{self.number}{ends} ({self.rule})"
 
 
 class Leading(NamedTuple):

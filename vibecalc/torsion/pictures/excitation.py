@@ -36,6 +36,7 @@ from vibecalc.torsion.report.line import (
     line_of,
     mode_names,
     order_text,
+    orders_words,
     place_of,
     row_of,
     silent,
@@ -122,8 +123,7 @@ def _of_orders(curve: Source, harmonics: Source | None) -> Source:
 
 
 def _orders_words(result: Result) -> str:
-    order = result.record[EXCITATION + "total"].axes[0].values
-    return f"of orders {order_text(order[0])} to {order_text(order[-1])}"
+    return f"of {orders_words(result.record[EXCITATION + 'total'].axes[0].values, step=False)}"
 
 
 def _missed(plot: Plot) -> None:

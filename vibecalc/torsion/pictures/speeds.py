@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, gaps
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, bounds_of, gaps
 from vibecalc.core.report.curves import (
     Curve,
     Curves,
@@ -274,6 +274,10 @@ def _top(result: Result, section: str) -> Panel:
                 points = draw_points(result, plot.axes, one, entry=section,
                                      factor=plot.factor * factor, colour=LIMIT)  # fmt: skip
                 plot.points += list(points)
+        if stress is not None:
+            path = f"{TORSION}speeds/{_STRESS}"
+            for limit, bound in bounds_of(result, path, {"section": [section]}):
+                plot.limit(limit, bound)
 
     def maxima(plot: Plot) -> None:
         if _undamped(record):

@@ -32,6 +32,7 @@ from vibecalc.torsion.report.limits import (
     AT_SPEED,
     FLAGS,
     PASSING,
+    TRANSIENT_LEAST,
     crank_places,
     flags,
     formulas,
@@ -377,6 +378,8 @@ def _of_gears(result: Result) -> Iterator[str]:
         found = places.setdefault(row.element, [])
         if row.limit.endswith(AT_SPEED):
             found.insert(0, "at the operating speed")
+        elif row.quantity == TRANSIENT_LEAST:
+            found.append("in the transient")
         elif low is None or high is None or gear is None:
             found.append("within the speed range")
         else:

@@ -22,14 +22,16 @@ from vibecalc.core.results.record import (
     BROKEN,
     KEPT,
     UNDECIDED,
+    WORST_FIRST,
     Estimate,
     Quantity,
     Record,
     Result,
     Verdict,
 )
+from vibecalc.core.results.select import numbers
 from vibecalc.core.results.tolerance import remedy
-from vibecalc.core.results.verdicts import state_of, verdicts_of
+from vibecalc.core.results.verdicts import Bound, state_of, verdicts_of
 from vibecalc.torsion.report.conditions import condition_words
 from vibecalc.torsion.report.couplings import BORNE, ICE, borne, permitted
 from vibecalc.torsion.report.line import (
@@ -373,10 +375,12 @@ def limit_verdicts(result: Result) -> Iterator[Verdict]:
     for part in (_by_use, _of_gears, _separated):
         for row in part(result):
             yield row if row.condition else row._replace(condition=words)
+    for row in _in_transient(result):
+        yield row._replace(condition=", ".join(filter(None, (row.condition, words))))
 
 
 #: the worst first, as tables flag them
-FLAGS = {BROKEN: "BROKEN", UNDECIDED: "UNDECIDED", BARRED: "barred range", KEPT: "kept"}
+FLAGS = {one: one if one in (BARRED, KEPT) else one.upper() for one in WORST_FIRST}
 
 
 def flags(result: Result, *kinds: str) -> list[str]:
@@ -621,6 +625,27 @@ def _of_gears(result: Result) -> Iterator[Verdict]:
             )  # fmt: skip
 
 
+#: the least torque of each gear in a transient
+TRANSIENT_LEAST = f"{TORSION}transient/gear_minimum_torque"
+
+
+def _in_transient(result: Result) -> Iterator[Verdict]:
+    """No reversal of the torque of teeth in a transient; undecided where its error leaves it."""
+    found = having(result.record, TRANSIENT_LEAST, "gear")
+    if found is None:
+        return
+    entries, (factor, unit) = numbers(found, {}), torque_unit(result.record)
+    for place, name in enumerate(labels(found.axes[0])):
+        low, off = float(entries.values[place]), float(entries.errors[place])
+        state = state_of(low, off, 0.0)
+        yield Verdict(
+            found.path, {"gear": name}, "sign of the tooth torque", 0.0, None, read(unit),
+            factor * low, f"gear={name}", Estimate(factor * off, 0.0), factor * low, state,
+            decided_by=remedy(found, result.case) if state == UNDECIDED else "", element=name,
+            limit="no torque reversal", condition="transient", status="informative",
+        )  # fmt: skip
+
+
 def _least(record: Record, path: str, gear: int) -> tuple[float, float, float | None]:
     """The least torque of a gear with its error, and its speed over a range; NaN if not known."""
     found = having(record, TORSION + path, "gear")
@@ -659,4 +684,5 @@ def _separated(result: Result) -> Iterator[Verdict]:
             KEPT if enough.values[i, k] else BROKEN, element=f"{named[i]} mode",
             limit=f"margin to order {order_text(order.values[i, k])}",
             status=rule.rule.status, speed=speed_of(result) or np.nan,
+            utilisation=Bound("min", required, required).utilisation(away, "%"),
         )  # fmt: skip

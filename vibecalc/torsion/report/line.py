@@ -354,10 +354,7 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     ranges = [range_words(result)] if torsion.get("speeds") else []
     orders = having(result.record, TORSION + "excitation/station_torque", "station", "order")
     if orders is not None and np.any(orders.values):
-        values = np.asarray(orders.axes[1].values, dtype=float)
-        even = values.size > 1 and np.ptp(np.diff(values)) < _EVEN
-        every_ = f" every {order_text(values[1] - values[0])}" if even else ""
-        ranges.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every_}")
+        ranges.append(orders_words(orders.axes[1].values))
     rows += [("speeds and orders", ", ".join(ranges))] if ranges else []
     rows += given_rows(result, torque_unit(result.record))
     if ill := silent(result):
@@ -367,6 +364,27 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     total = short(float(np.sum(line.line.inertia)))
     inertia = f"{total} kg m^2 referred to {first_shaft(line)}; {_loads(result, line)}"
     return [*rows, ("total inertia", inertia)]
+
+
+#: whole and half orders that are named one by one
+_MOST_ORDERS = 6
+
+
+def orders_words(orders: np.ndarray, step: bool = True) -> str:
+    """`orders 0.5 to 12 every 0.5`; of unequal steps the whole and half orders that there are.
+
+    A frequency that does not follow the speed, or an order of another shaft, is a broken number
+    that nobody gave.
+    """
+    values = np.asarray(orders, dtype=float)
+    first, last = order_text(values[0]), order_text(values[-1])
+    if values.size > 1 and np.ptp(np.diff(values)) < _EVEN:
+        return f"orders {first} to {last}" + f" every {order_text(values[1] - values[0])}" * step
+    plain = [order_text(one) for one in values if abs(2.0 * one - round(2.0 * one)) < _EVEN]
+    told = plain if len(plain) <= _MOST_ORDERS else [f"up to {plain[-1]}"]
+    others = len(values) - len(plain)
+    told = [*told, *[f"{others} of other shafts or constant frequencies"] * bool(others)]
+    return f"order{'s' * (len(values) > 1)} {joined(told)}"
 
 
 def first_shaft(line: "ShaftLineModel") -> str:

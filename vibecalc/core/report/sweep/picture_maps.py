@@ -15,6 +15,7 @@ from vibecalc.core.report.canvas import (
     plain_ticks,
     ticks,
 )
+from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.sweep.limits import Limit, judge
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
@@ -29,7 +30,6 @@ from vibecalc.core.report.sweep.picture_parts import (
     logarithmic,
     panels,
     pictured,
-    short_name,
 )
 from vibecalc.core.report.sweep.statistics import axis_names, indices_of, sample_statistics
 from vibecalc.core.report.sweep.view import SweepView
@@ -150,7 +150,7 @@ def _boundary(
             axes.contourf(x, y, room, levels=[0.0, np.inf], colors="none", hatches=["//"])
     if room.min() < 0.0 < room.max():
         axes.contour(x, y, room, levels=[0.0], colors=[colour or LIMIT], linewidths=2.0)
-        words = f"{short_name(limit.quantity)} {limit.words}" if colour else _BEYOND
+        words = f"{read_as(limit.quantity, '')[0]} {limit.words}" if colour else _BEYOND
         axes.plot([], [], color=colour or LIMIT, linewidth=2.0, label=words)
 
 
