@@ -21,7 +21,7 @@ DIST ?= dist
 # another BLAS kernel for `make test-kernel`, or "commit": the one that the commit's hash chooses; and
 # tests of docs, packaging, pictures, reports, files, words and the command line: none hangs on a kernel
 KERNEL ?= commit
-NO_NUMBERS := docs* readme site package examples ci_example *plots *pictures property_paper python \
+NO_NUMBERS := docs* site package examples ci_example *plots *pictures property_paper python \
   cli* start_up architecture bad_cases_streams bad_cases_reports bad_cases_cli bad_cases_results \
   property_every_key property_store property_compare property_units property_select golden up_to_date \
   *_editors *_html *_help *_template *_report *_files *_needs *_said *_saying *_trees *_calculation \
