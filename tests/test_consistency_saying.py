@@ -4,6 +4,7 @@ import io
 import json
 import re
 import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -13,6 +14,7 @@ from shipped_cases import CASES, ROOT
 
 from vibecalc.cli.colours import coloured
 from vibecalc.cli.commands import app
+from vibecalc.core.study import variables as progress
 
 NAMES = [str(one.name or one.callback.__name__) for one in app.registered_commands if one.callback]
 GOLDEN = ROOT / "tests" / "golden"
@@ -158,3 +160,44 @@ def test_colours_are_where_they_are_wanted_and_change_no_word(
         shown = coloured(text)
         assert (shown != text) == wanted
         assert re.sub(r"\x1b\[[\d;]*m", "", shown) == text
+
+
+# ----------------------------------------------------------------------------
+# What a long run is at.
+# ----------------------------------------------------------------------------
+
+
+class _Screen(io.StringIO):
+    def __init__(self, is_terminal: bool) -> None:
+        super().__init__()
+        self.is_terminal = is_terminal
+
+    def isatty(self) -> bool:
+        return self.is_terminal
+
+
+def _shown(monkeypatch: pytest.MonkeyPatch, screen: _Screen, seconds: float, wanted: bool) -> str:
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(progress, "_QUIET", 0.02)
+    monkeypatch.setattr(progress, "_STEP", 0.01)
+    with progress.telling(wanted) as tell:
+        tell("start-up")
+        time.sleep(seconds)
+    return screen.getvalue()
+
+
+def test_a_long_run_names_its_stage_and_wipes_the_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = _shown(monkeypatch, _Screen(True), 0.2, wanted=True)
+    assert "\rcomputing: start-up, 0 s" in shown
+    assert shown.endswith("\r")
+    assert shown.split("\r")[-2].strip() == ""
+
+
+@pytest.mark.parametrize(
+    ("is_terminal", "seconds", "wanted"),
+    [(True, 0.0, True), (False, 0.1, True), (True, 0.1, False)],
+)
+def test_nothing_is_said_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, is_terminal: bool, seconds: float, wanted: bool
+) -> None:
+    assert _shown(monkeypatch, _Screen(is_terminal), seconds, wanted) == ""

@@ -4,8 +4,10 @@ What a stage reads is recorded when it runs. Truth: runs without a cache, bit fo
 """
 
 import random
+import re
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,9 +19,11 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at
 from vibecalc.core.case.walk import Shape, keys_of, shape_at
 from vibecalc.core.results.record import Record
-from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.run import machine_checks
+from vibecalc.core.run.machine_checks import OF_PARTS, check_machine
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.run.stage import subjects
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, KeyPath, NumericalFailure, dotted
 from vibecalc.schema import Case
@@ -260,3 +264,30 @@ def test_memory_is_bounded_and_results_cannot_be_overwritten() -> None:
     assert cache.ran["isolation"] == 7  # the oldest one was forgotten
     with pytest.raises(ValueError, match="read-only"):
         record["excitation/force"].values[0, 0] = 1.0
+
+
+# ----------------------------------------------------------------------------
+# Every check belongs to the parts or to a subject, which a study runs or skips.
+# ----------------------------------------------------------------------------
+
+#: these are called by others of them
+WITHIN = {
+    *("matrix_problems", "planar_problems", "study_problems"),
+    *("mount_problems", "articulated_problems", "fit_problems"),
+}
+
+
+def test_all_checks_take_part() -> None:
+    """Every function of a case that gives problems is a check of the parts or of a subject."""
+    named = {check.__name__ for check in OF_PARTS} - {"matrices", "mounts", "slave_rods"}
+    for subject in subjects().values():
+        named |= {one.partition(":")[2] for one in (*subject.checks, *subject.last_checks)}
+    pattern = r"^def (\w+_problems)\(case: \"?Case\"?\) -> (?:list|Iterator)\["
+    package = Path(machine_checks.__file__).parents[2]
+    offers = {
+        name
+        for path in package.rglob("*.py")
+        for name in re.findall(pattern, path.read_text(encoding="utf-8"), re.M)
+    }
+    assert offers - WITHIN == named
+    assert offers >= WITHIN

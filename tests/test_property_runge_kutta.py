@@ -1,14 +1,91 @@
-"""Claim: the march conserves, stops where reported, keeps members apart, refuses in words."""
+"""Claim: the march conserves, errs as its tolerance says, through kinks too, stops where reported,
+keeps members apart and refuses in words.
+"""
+
+from collections.abc import Callable, Sequence
 
 import mpmath
 import numpy as np
 import pytest
-from marched_systems import System
-from test_convergence_runge_kutta import bilinear
+from scipy.integrate import RK45
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics import runge_kutta
+from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.numerics.runge_kutta import EventOutcome, Interval, State
 from vibecalc.numerics.runge_kutta_march import fine, march, sample
+
+
+class System:
+    """Rates with kinks where linear combinations of the states pass given values.
+
+    `rates(time (b,), state (b, n), interval (b, w)) -> (b, n)`, smooth for a fixed interval: number
+    i of combination k means values[k][i - 1] <= combination[k] @ state <= values[k][i].
+    `combination` (w, n); `values` w ascending arrays. Without any it is smooth.
+    """
+
+    def __init__(
+        self,
+        rates: Callable[[FloatArray, FloatArray, IntArray], FloatArray],
+        combination: FloatArray | None = None,
+        values: tuple[FloatArray, ...] = (),
+        closeness: float = 0.0,
+    ):
+        self._rates = rates
+        self._combination = combination
+        self._edges = [np.concatenate([[-np.inf], row, [np.inf]]) for row in values]
+        self.closeness = [closeness] * len(values)
+        self.leading = 0 if combination is None else combination.shape[1]
+
+    def rates(self, time: float, state: State, interval: Interval) -> State:
+        pieces = np.array([interval], dtype=np.int64)
+        found: State = self._rates(np.array([time]), np.array([state]), pieces)[0].tolist()
+        return found
+
+    def watched(self, time: float, state: Sequence[float], interval: Interval) -> list[float]:
+        if self._combination is None:
+            return []
+        found: list[float] = (self._combination @ np.array(state)).tolist()
+        return found
+
+    def borders(self, interval: Interval) -> tuple[list[float], list[float]]:
+        both = list(zip(self._edges, interval, strict=False))
+        return [float(e[k]) for e, k in both], [float(e[k + 1]) for e, k in both]
+
+    def crossed(
+        self,
+        member: int,
+        time: float,
+        state: State,
+        interval: Interval,
+        which: int,
+        direction: int,
+    ) -> EventOutcome:
+        moved = [k + direction * (place == which) for place, k in enumerate(interval)]
+        return EventOutcome(state, moved, False)
+
+    def stopped(self, member: int, time: float, state: State, interval: Interval) -> EventOutcome:
+        return EventOutcome(state, interval, False)
+
+    def intervals_at(self, state: FloatArray) -> IntArray:
+        """The intervals (b, w) of the states; a value on a border belongs to the one above it."""
+        value = np.array([self.watched(0.0, row.tolist(), []) for row in state])
+        columns = [
+            np.searchsorted(edge[1:-1], value[:, k], side="right")
+            for k, edge in enumerate(self._edges)
+        ]
+        return np.stack(columns, axis=1).astype(np.int64)
+
+
+def bilinear(stiff: float = 4.0) -> System:
+    """x'' = -x below zero and -stiff x above: half a period each of pi and pi / sqrt(stiff)."""
+
+    def rates(time: np.ndarray, state: np.ndarray, piece: np.ndarray) -> np.ndarray:
+        spring = np.where(piece[:, 0] == 0, 1.0, stiff)
+        return np.stack([state[:, 1], -spring * state[:, 0]], axis=1)
+
+    return System(rates, np.array([[1.0, 0.0]]), (np.array([0.0]),), 1e-13)
+
 
 NO_PIECE = np.zeros((1, 0), dtype=np.int64)
 PENDULUM = System(lambda t, y, _: np.stack([y[:, 1], -np.sin(y[:, 0])], axis=1))
@@ -115,3 +192,22 @@ def test_too_many_steps_are_refused() -> None:
             PENDULUM, np.zeros(1), np.array([[1.0, 0.0]]), NO_PIECE, np.array([100.0]),
             absolute=1e-10, sweeps=20,
         )  # fmt: skip
+
+
+def test_the_table_is_that_of_the_published_pair() -> None:
+    assert np.allclose(np.transpose(runge_kutta.DENSE), RK45.P, rtol=0.0, atol=1e-15)
+    assert np.allclose(np.negative(runge_kutta._ERROR), RK45.E, rtol=0.0, atol=1e-15)
+    for number, row in enumerate(runge_kutta.STAGES[:5], start=1):
+        assert np.allclose(row, RK45.A[number, :number], rtol=0.0, atol=1e-15)
+    assert np.allclose(runge_kutta.STAGES[5], RK45.B, rtol=0.0, atol=1e-15)
+
+
+def test_the_error_follows_the_tolerance() -> None:
+    start = np.array([[1.0, 0.0]])
+    for tolerance in (1e-4, 1e-9):
+        found = march(
+            bilinear(), np.zeros(1), start, np.array([[1]]), np.array([6.0 * np.pi]),
+            absolute=tolerance,
+        )  # fmt: skip
+        off = np.max(np.abs(found.state - start))
+        assert off < 20.0 * tolerance

@@ -32,7 +32,7 @@ from vibecalc.errors import VibecalcError
 QUICK = (
     "test_bad_cases_results.py",
     "test_property_store.py",
-    "test_consistency_plain_reading.py",
+    "test_consistency_store.py",
     "test_property_golden_tolerances.py",
 )
 
