@@ -52,23 +52,6 @@ def test_run_writes_result_and_report_and_says_where() -> None:
     assert "98.00  N" in outcome.out and "8 differ" in outcome.out
 
 
-def test_json_has_the_keys_of_the_design_and_nothing_else_on_stdout() -> None:
-    outcome = command("run", GENERATOR, "--json")
-    (found,) = json.loads(outcome.out)
-    assert set(found) == {
-        *("case", "result", "headlines", "quantities", "references", "limits", "timings"),
-        *("written", "exit_code"),
-    }
-    assert found["result"].endswith("generator.h5")
-    frequency = found["quantities"]["isolation/pitch/natural_frequency"]
-    assert frequency["unit"] == "rad/s"
-    assert frequency["value"] == pytest.approx(31.7366, abs=5e-5)
-    rows = {row["source"]: row for row in found["references"]}
-    assert rows["section 2.2, graph 1"]["within"] is True
-    assert rows["section 2.3, graph 2"]["within"] is None
-    assert all(row["kept"] for row in found["limits"])
-
-
 @pytest.mark.parametrize(
     ("given", "key"),
     [

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from long_but import long_but
-from shipped_cases import ROOT
+from shipped_cases import ROOT, result_of
 from test_consistency_html import Page
 
 from vibecalc.core.report.page import html_page
@@ -22,7 +22,6 @@ from vibecalc.core.results.record import (
     Quantity,
     Result,
 )
-from vibecalc.core.results.store import read_result
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.report.first_page import CALCULATION, conclusion_table, in_one_sentence
 from vibecalc.torsion.report.limits import flags
@@ -46,16 +45,11 @@ CHAPTERS = {
 }
 
 
-def result_of(name: str) -> Result:
-    return read_result(GOLDEN / f"{name}.h5")
-
-
 def changed(result: Result, path: str, values: object, error: float = 0.0) -> Result:
     """The result with other numbers of a quantity."""
-    quantities = dict(result.record.quantities)
-    one = quantities[path]
-    quantities[path] = replace(one, values=np.asarray(values, dtype=float), error_estimate=error)
-    return with_quantities(result, quantities)
+    one = result.record[path]
+    one = replace(one, values=np.asarray(values, dtype=float), error_estimate=error)
+    return with_quantities(result, {**result.record.quantities, path: one})
 
 
 def with_quantities(result: Result, quantities: dict[str, Quantity]) -> Result:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from refused import changed, refusals, refused
 from shipped_cases import CASES
 from stock_cases import BASE, ROBUST
 from test_consistency_choices import run
@@ -117,15 +116,6 @@ def test_the_shipped_stock() -> None:
     assert float(record["optimisation/choice/mount"].values) == 3.0
     found = record["optimisation/variable/machine.mounts.positions[2][0]"]
     assert float(found.values) == pytest.approx(x, rel=1e-8)
-
-
-@pytest.mark.parametrize(("case", "change", "place", "words"), refusals("robust"))
-def test_refused(tmp_path: Path, case: str, change: str, place: str, words: list[str]) -> None:
-    path = tmp_path / "case.toml"
-    path.write_text(changed(text("isolation/pitch/stiffness", MASS_BY), change), encoding="utf-8")
-    said = refused(path)
-    for word in (place, *words):
-        assert word in said, said
 
 
 #: an absorber whose spring and damper are sought for the least of its two peaks

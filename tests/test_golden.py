@@ -2,15 +2,21 @@
 
 import json
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
+import pytest
+from sample_results import quantity, result_of
 
 from vibecalc.core.case.load import load_case
 from vibecalc.core.results.case_hash import case_hash
+from vibecalc.core.results.compare import accept, compare
 from vibecalc.core.results.layout import PROVENANCE, TEXT_CHECKSUM, TIMINGS
+from vibecalc.core.results.record import Axis, Result
+from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.run.plan import planned_quantities
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -71,3 +77,57 @@ def test_what_is_planned_is_made() -> None:
         planned = set(planned_quantities(case))
         assert made <= planned, name
         assert all(one.startswith("isolation/resonances_skipped/") for one in planned - made), name
+
+
+# ----------------------------------------------------------------------------
+# Of a long curve some samples are kept, and `diff` sees what changed at them.
+# ----------------------------------------------------------------------------
+
+SPEED = np.linspace(10.0, 100.0, 1001)
+
+
+def curve(height: np.ndarray, speed: np.ndarray, unit: str = "rad/s") -> Result:
+    axis = Axis(name="speed", values=speed, unit=unit)
+    return result_of(replace(quantity("x/curve", (axis,)), values=height, error_estimate=0.0))
+
+
+def resonance(speed: np.ndarray) -> np.ndarray:
+    return np.asarray(1.0 / np.hypot(1.0 - (speed / 40.04) ** 2, 1e-4))
+
+
+@pytest.fixture
+def golden(tmp_path: Path) -> Result:
+    write_result(curve(resonance(SPEED), SPEED), tmp_path / "run.h5")
+    return read_result(accept(tmp_path / "run.h5", tmp_path / "golden.h5"))
+
+
+def test_a_tenth_of_the_samples_is_kept_with_the_highest(golden: Result) -> None:
+    kept = golden.record["x/curve"]
+    assert len(kept.values) == 102 and kept.axes[0].run_samples == 1001
+    assert kept.values.max() == resonance(SPEED).max()
+    assert [kept.axes[0].values[0], kept.axes[0].values[-1]] == [10.0, 100.0]
+
+
+def test_the_run_it_was_made_of_is_the_same_and_a_changed_one_is_not(golden: Result) -> None:
+    assert compare(golden, curve(resonance(SPEED), SPEED)).same
+    assert compare(golden, golden).same
+    place = int(np.argmax(resonance(SPEED)))
+    changed = resonance(SPEED)
+    changed[place] *= 1.01
+    assert not compare(golden, curve(changed, SPEED)).same
+    shifted = SPEED * 1.01
+    assert not compare(golden, curve(resonance(shifted), shifted)).same
+
+
+def test_samples_that_a_run_chose_and_angles_of_a_cycle_are_kept(tmp_path: Path) -> None:
+    chosen = np.concatenate([SPEED[:500], [55.01], SPEED[500:]])
+    angle = np.linspace(0.0, 2.0 * np.pi, 721)
+    for axis, unit in ((chosen, "rad/s"), (angle, "rad")):
+        write_result(curve(np.sin(axis), axis, unit), tmp_path / "run.h5")
+        kept = read_result(accept(tmp_path / "run.h5", tmp_path / "golden.h5")).record["x/curve"]
+        assert len(kept.values) == len(axis) and not kept.axes[0].run_samples
+
+
+def test_an_axis_without_any_sample_is_compared_like_another() -> None:
+    nothing = curve(np.zeros(0), np.zeros(0))
+    assert compare(nothing, nothing).same
