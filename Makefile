@@ -28,7 +28,7 @@ NO_NUMBERS := docs* site package examples ci_example *plots *pictures python \
   *_sweep_assembly *_sweep_pool *_sweep_survival *_verdicts *_migrate \
   *_json *_store *_references *_overrides *_locate \
   bad_cases bad_cases_absorber bad_cases_compressor bad_cases_coupling bad_cases_curves bad_cases_engine \
-  bad_cases_gas_card bad_cases_m* bad_cases_pump bad_cases_roll bad_cases_rows \
+  bad_cases_m* bad_cases_pump bad_cases_roll bad_cases_rows \
   bad_cases_rules bad_cases_sweep* bad_cases_tangential_effort bad_cases_values bad_cases_where*
 # where the commit's hash chooses the kernel, its last digit chooses the eighth that runs of two sorts
 DIGIT = $(if $(filter commit,$(KERNEL)),$(shell git rev-parse HEAD | tail -c 2))

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.results.record import Record
 from vibecalc.schema import Case
 
 AXIS, STROKE, ACROSS = np.eye(3)[0], np.eye(3)[2], np.eye(3)[1]
@@ -74,3 +75,17 @@ def train(phases: Any, positions: Any = 0.0) -> dict[str, Any]:
         "stroke": STROKE,
         "across": ACROSS,
     }
+
+
+def slopes(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and second derivative of smooth curves (..., n) over a turn, by their transform."""
+    order = np.fft.fftfreq(values.shape[-1], 1.0 / values.shape[-1])
+    series = np.fft.fft(values)
+    return np.fft.ifft(1j * order * series), np.fft.ifft(-(order**2) * series)
+
+
+def over_turn(record: Record, angle: np.ndarray, kind: str) -> np.ndarray:
+    """Force or couple (3, angles) of the crank train on the body, from its harmonics."""
+    quantity = record[f"excitation/{kind}"]
+    waves = np.exp(1j * np.multiply.outer(quantity.axes[0].values.astype(float), angle))
+    return np.real(quantity.values.T @ waves)

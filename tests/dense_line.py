@@ -25,6 +25,21 @@ class Cylinder(NamedTuple):
     mean: float = 0.0
 
 
+def cylinder_of(record: Mapping[str, Any], case: Table) -> Cylinder:
+    """The one of a run: its mean torque is the work of the indicated pressure."""
+    train, machine, path = (
+        case["machine"]["crank_train"],
+        case["machine"],
+        "response/torsion/excitation/",
+    )
+    gas, inertia = (record[path + one] for one in ("gas", "inertia"))
+    turns = 2.0 if machine["cycle"] == "four_stroke" else 1.0
+    stroke = np.pi * train["bore"] ** 2 / 4.0 * 2.0 * train["crank_radius"]
+    mean = float(record[path + "mean_indicated_pressure"].values) * stroke / (2.0 * np.pi * turns)
+    order = np.array(gas.axes[-1].values, dtype=float)
+    return Cylinder(order, gas.values, inertia.values / machine["speed"] ** 2, mean)
+
+
 class Conditions(NamedTuple):
     """What a coupling is taken at: mean torque and half range in N m, temperature in K."""
 
@@ -120,14 +135,15 @@ class DenseLine:
         """Complex stiffness (sections, m) without dashpots, and dashpots (sections,)."""
         stiffness, dashpot = [], []
         for place, one in enumerate(self.line["shafts"]):
-            dashpot.append(one.get("damping", 0.0))
+            law = self._law(one, self.between[place][0], speed)
+            dashpot.append(law * one.get("damping", 0.0))
             if "coupling" in one:
                 at = now or Conditions(mean[place])
                 stiffness.append([_coupling(one["coupling"], w, at) for w in rate])
                 continue
             loss = one.get("loss_factor", 0.0) + 2.0 * one.get("lehr_ratio", 0.0)
             loss += 1.0 / one["magnifier"] if "magnifier" in one else 0.0
-            stiffness.append(np.full(len(rate), _shaft(one) * (1.0 + 1j * loss)))
+            stiffness.append(np.full(len(rate), _shaft(one) * (1.0 + 1j * law * loss)))
         for one in self.teeth:
             dashpot.append(0.0)
             size = one["mesh_stiffness"] * one["pitch_radius"] ** 2
@@ -145,29 +161,39 @@ class DenseLine:
         """Absolute dampings of stations and rings."""
         found = np.zeros(self.count)
         for place, one in enumerate(self.line["stations"]):
-            value = one.get("absolute_damping", 0.0)
-            if law := one.get("over_speed"):
-                value *= (speed / law["reference"]) ** law["exponent"]
+            value = self._law(one, one["name"], speed) * one.get("absolute_damping", 0.0)
             if "engine_damping" in self.line and "cylinder" in one:
                 engine = self.line["engine_damping"]
-                lowest = self.undamped(self.speed)[self._free_modes()]
-                if law := engine.get("over_speed"):
-                    lowest *= np.interp(speed, law["table"]["speed"], law["table"]["factor"])
-                value += one["inertia"] * lowest / engine["magnifier"]
+                mode = engine["mode"] - 1 if "mode" in engine else self._free_modes()
+                size = self.undamped(self.speed)[mode] * self._law(engine, one["name"], speed)
+                value += one["inertia"] * size / engine["magnifier"]
             found[place] = value
         for load in self.line.get("absorbed_torques", []):
             if "propeller_damping" in load:
-                place = self.names.index(load["on"])
-                rpm = speed * abs(self.ratio[place]) * 30.0 / np.pi
-                a = load["propeller_damping"]["coefficient"]
-                found[place] += a * self.taken(load, speed) / rpm
+                place, given = self.names.index(load["on"]), load["propeller_damping"]
+                own = speed * abs(self.ratio[place])
+                # Archer's a T / n, n in rpm, or a multiple of T / w
+                unit = np.pi / 30.0 if given["method"] == "archer" else 1.0
+                found[place] += unit * given["coefficient"] * self.taken(load, speed) / own
         return found
+
+    def _law(self, given: Table, on: str, speed: float) -> float:
+        """Factor on a damping at a crank speed: 1 without a law, by a power or by rows."""
+        if not (law := given.get("over_speed")):
+            return 1.0
+        if law.get("of") == "own":
+            speed = speed * abs(self.ratio[self.names.index(on)])
+        if rows := law.get("table"):
+            return float(np.interp(speed, rows["speed"], rows["factor"]))
+        return float((speed / law["reference"]) ** law["exponent"])
 
     def _free_modes(self) -> int:
         """Modes that do not vibrate: the line as a whole, and each ring in oil."""
         return 1 + sum(one["kind"] == "viscous" for one in self.dampers)
 
     def taken(self, load: Table, speed: float) -> float:
+        if rows := load.get("curve"):
+            return float(np.interp(speed, rows["speed"], rows["torque"]))
         return float(load["torque"] * (speed / self.speed) ** load["exponent"])
 
     # --- loads -------------------------------------------------------------

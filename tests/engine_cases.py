@@ -1,8 +1,19 @@
-"""Cases of engines on shaft lines, as texts to be changed."""
+"""Cases of engines on shaft lines, as texts to be changed and run."""
 
+import tomllib
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import numpy as np
 import refused
+
+from vibecalc.core.case.load import LoadedCase, validate
+from vibecalc.core.results.record import Record, Result
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import execute, load_checked
+
+ROOT = "response/torsion"
 
 ENGINE = """schema = 1
 title = "three in line"
@@ -109,6 +120,46 @@ GENSET = replaced(
         'loss_factor = 0.1, diameter = "80 mm", fatigue = { stress = "12 MPa", slope = 6 } },\n]',
     ),
 )
+
+
+#: a throw for the rule for crankshafts
+CRANK = (
+    'crank = { pin_diameter = "70 mm", journal_diameter = "80 mm", web_thickness = "25 mm", '
+    'web_width = "110 mm", pin_fillet = "4 mm", journal_fillet = "4 mm" }'
+)
+
+
+@cache
+def loaded_of(text: str) -> LoadedCase:
+    """The case of a text, checked."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "engine.toml"
+        path.write_text(text, encoding="utf-8")
+        (loaded,) = load_checked([path])
+    return loaded
+
+
+@cache
+def ran(text: str) -> Result:
+    """The finished run of a text."""
+    return execute(loaded_of(text))
+
+
+@cache
+def record(text: str) -> Record:
+    """All that a run of a text computes, without its studies."""
+    return run_case(validate(tomllib.loads(text)))
+
+
+def value(text: str, path: str) -> np.ndarray:
+    """A result of the shaft line."""
+    return np.asarray(record(text)[f"{ROOT}/{path}"].values)
+
+
+def at_speed(text: str, speed: float) -> str:
+    """The case at one speed in rad/s, without a range."""
+    lines = [one for one in text.splitlines() if not one.startswith("speeds")]
+    return "\n".join(f"speed = {speed!r}" if one.startswith("speed ") else one for one in lines)
 
 
 def refusal(folder: Path, text: str, **files: str) -> str:

@@ -1,15 +1,11 @@
 """Engines on mounts, as texts: three cylinders in line, with and without a shaft line."""
 
 from functools import cache
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
-from engine_cases import replaced
+from engine_cases import loaded_of, replaced
 
-from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
-from vibecalc.core.study.execute import load_checked
 from vibecalc.schema import Case
 
 #: the driven machine stands elsewhere; the first to fire is not the one at its top at crank angle 0
@@ -96,16 +92,6 @@ gears = [{ between = ["throws", "other"], ratio = 1.0 }]
     ),
     ('driven_machine = "separate"', "orders = 6"),
 )
-
-
-@cache
-def loaded_of(text: str) -> LoadedCase:
-    """The case of a text, checked."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "engine.toml"
-        path.write_text(text, encoding="utf-8")
-        (loaded,) = load_checked([path])
-    return loaded
 
 
 def mounted(text: str) -> Case:

@@ -135,9 +135,9 @@ def intensities() -> tuple[Row, ...]:
 
 
 @cache
-def largest_twists(freedoms: int, program: bool) -> tuple[float, ...]:
+def largest_twists(freedoms: int, program: bool, **changes: object) -> tuple[float, ...]:
     """Largest |twist at t = 0| over the 30 critical speeds, modes 2 to 4."""
-    found = excitation(freedoms, **(PROGRAM if program else RIGHT))
+    found = excitation(freedoms, **(PROGRAM if program else RIGHT) | changes)
     if program:
         given = found.deflection
         real = given.real

@@ -10,6 +10,17 @@ from vibecalc.torsion.line import Line
 
 def exact_angles(line: Line, frequency: float, torque: np.ndarray) -> np.ndarray:
     """Angles (n,) rounded from the caller's digits."""
+    return np.array([complex(one) for one in _angles(line, frequency, torque)])
+
+
+def exact_twists(line: Line, frequency: float, torque: np.ndarray) -> np.ndarray:
+    """Twists (e,) of the elements, rounded after the difference."""
+    angle = _angles(line, frequency, torque)
+    ends = zip(line.first.tolist(), line.second.tolist(), strict=True)
+    return np.array([complex(angle[a] - angle[b]) for a, b in ends])
+
+
+def _angles(line: Line, frequency: float, torque: np.ndarray) -> list[Any]:
     w = mp.mpf(float(frequency))
     elements = zip(
         *(part.tolist() for part in (line.first, line.second)),
@@ -23,7 +34,7 @@ def exact_angles(line: Line, frequency: float, torque: np.ndarray) -> np.ndarray
     )
     own = [mp.mpc(mp.mpf(k) - w**2 * j, w * c) for k, c, j in stations]
     right = [mp.mpc(complex(one)) for one in torque]
-    return np.array([complex(one) for one in _solve(own, links, right)])
+    return _solve(own, links, right)
 
 
 def _solve(own: list[Any], links: list[tuple[int, int, Any]], right: list[Any]) -> list[Any]:

@@ -7,10 +7,10 @@ are differences with a third of the digits.
 """
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from mpmath import matrix, mp, mpc, mpf
+from mpmath import mp, mpc, mpf
 
 Poly = list[Any]
 #: response: power of s, factors 1 + 2 z1 s, for a force; base motion has one factor more
@@ -208,104 +208,37 @@ def _bends_down(p: Poly, q: Poly, u: mpf) -> bool:
     return all(b < at for b in nearby)
 
 
-class Held(NamedTuple):
-    """A tuning and what holds it: unknown ratios, places ln u and weights of its active peaks."""
-
-    ratios: list[mpf]
-    places: list[mpf]
-    weights: list[mpf]
-    level: mpf
-
-
-def polished(
-    build: Callable[[list[Any]], Tree], pair: tuple[str, str], ratios: Sequence[float],
-    frequencies: Sequence[float], weights: Sequence[float],
-) -> Held:  # fmt: skip
-    """Newton's method on ln |H|^2: peaks stationary and equal, weighted slopes by ln ratio zero.
-
-    `build` makes a tree of the ratios. Raises ArithmeticError where Newton does not settle.
-    """
-    free, count = len(ratios), len(frequencies)
-    logs = [mp.log(mpf(float(r))) for r in ratios]
-    places = [2 * mp.log(mpf(float(x))) for x in frequencies]
-    shares = [mpf(float(w)) for w in weights]
-    level = mpf(0)
-
-    def seen(y: Any, at: list[Any]) -> Any:
-        above, below = response(build([mp.exp(a) for a in at]), *pair)
-        u = mp.exp(y)
-        return mp.log(value_at(squared(above), u) / value_at(squared(below), u))
-
-    step = mpf(10) ** (-mp.dps // 4)
-    for _ in range(12):
-        size = free + 2 * count + 1
-        table, right = matrix(size, size), matrix(size, 1)
-        values = [_taylor(seen, places[i], logs, step) for i in range(count)]
-        if _ == 0:
-            level = sum(v[0] for v in values) / count
-        for i, (value, first, second) in enumerate(values):
-            right[i], right[count + i] = first[0], value - level
-            table[i, free + i] = second[0][0]
-            for j in range(free):
-                table[i, j] = second[0][1 + j]
-                table[count + i, j] = first[1 + j]
-                table[2 * count + j, free + i] = shares[i] * second[0][1 + j]
-                table[2 * count + j, free + count + i] = first[1 + j]
-                right[2 * count + j] += shares[i] * first[1 + j]
-                for n in range(free):
-                    table[2 * count + j, n] += shares[i] * second[1 + j][1 + n]
-            table[count + i, free + i] = first[0]
-            table[count + i, size - 1] = -1
-            table[size - 1, free + count + i] = 1
-        right[size - 1] = sum(shares) - 1
-        try:
-            moved = mp.lu_solve(table, right)
-        except ZeroDivisionError as error:
-            raise ArithmeticError("no isolated optimum") from error
-        logs = [a - moved[j] for j, a in enumerate(logs)]
-        places = [y - moved[free + i] for i, y in enumerate(places)]
-        shares = [w - moved[free + count + i] for i, w in enumerate(shares)]
-        level -= moved[size - 1]
-        change = max(abs(moved[j]) for j in range(free + count))
-        if change > 1:
-            break
-        if change < mpf(10) ** (-0.4 * mp.dps):
-            return Held([mp.exp(a) for a in logs], places, shares, mp.exp(level / 2))
-    raise ArithmeticError("Newton's method on the conditions of the optimum did not settle")
-
-
 def optimum(
     pair: tuple[str, str], z1: float, m: float, near: Sequence[float],
     frequency: Sequence[float], weight: Sequence[float], floor: Any = 0,
 ) -> tuple[Any, Any, Any]:  # fmt: skip
-    """k, z2 and the level above the floor of one absorber, two peaks against each other."""
+    """k, z2 and the level above the floor of one absorber, two peaks against each other.
+
+    Newton's method on its conditions: both peaks stationary and equal, the weighted slopes of their
+    heights by ln k and ln z2 zero. Raises ValueError where it does not settle.
+    """
     bare = tree(z1, [m], [1.0], [1.0])
-    held = polished(lambda r: bare._replace(k=(r[0],), z2=(r[1],)), pair, near, frequency, weight)
-    assert min(held.weights) > 0
-    return held.ratios[0], held.ratios[1], held.level - floor
+    step = mpf(10) ** (-mp.dps // 4)
 
+    def height(y: Any, a: Any, b: Any) -> Any:
+        """ln |H|^2 at ln u, ln k and ln z2."""
+        above, below = response(bare._replace(k=(mp.exp(a),), z2=(mp.exp(b),)), *pair)
+        u = mp.exp(y)
+        return mp.log(value_at(squared(above), u) / value_at(squared(below), u))
 
-def _taylor(
-    f: Callable[[Any, list[Any]], Any], y: Any, at: list[Any], h: Any
-) -> tuple[Any, list[Any], list[list[Any]]]:
-    """Value, first and second derivatives by (y, *at), from differences."""
-    point = [y, *at]
-    size = len(point)
+    def slope(place: int, *at: Any) -> Any:
+        ends = [[*at[:place], at[place] + sign * step, *at[place + 1 :]] for sign in (1, -1)]
+        return (height(*ends[0]) - height(*ends[1])) / (2 * step)
 
-    def value(*moves: tuple[int, int]) -> Any:
-        moved = list(point)
-        for place, sign in moves:
-            moved[place] = moved[place] + sign * h
-        return f(moved[0], moved[1:])
+    def conditions(a: Any, b: Any, low: Any, high: Any, w: Any) -> list[Any]:
+        one, other = (low, a, b), (high, a, b)
+        return [
+            slope(0, *one), slope(0, *other), height(*one) - height(*other),
+            *(w * slope(n, *one) + (1 - w) * slope(n, *other) for n in (1, 2)),
+        ]  # fmt: skip
 
-    middle = value()
-    up, down = ([value((i, s)) for i in range(size)] for s in (1, -1))
-    first = [(up[i] - down[i]) / (2 * h) for i in range(size)]
-    second = [[mpf(0)] * size for _ in range(size)]
-    for i in range(size):
-        second[i][i] = (up[i] - 2 * middle + down[i]) / h**2
-        for j in range(i):
-            both = value((i, 1), (j, 1)) + value((i, -1), (j, -1))
-            mixed = (both - up[i] - up[j] - down[i] - down[j] + 2 * middle) / (2 * h**2)
-            second[i][j] = second[j][i] = mixed
-    return middle, first, second
+    places = [2 * mp.log(mpf(float(x))) for x in frequency]
+    start = [*(mp.log(mpf(float(x))) for x in near), *places, mpf(float(weight[0]))]
+    a, b, low, _, w = mp.findroot(conditions, start, tol=mpf(10) ** (-0.6 * mp.dps))
+    assert 0 < w < 1
+    return mp.exp(a), mp.exp(b), mp.exp(height(low, a, b) / 2) - floor

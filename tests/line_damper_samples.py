@@ -1,6 +1,7 @@
 """Small lines with torques, and an independent way to read them: dense solves, sampled cycles."""
 
 import numpy as np
+from torsion_lines import ring_on
 
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, SpeedTorque
 from vibecalc.torsion.line import Line, chain, dynamic_stiffness
@@ -61,18 +62,7 @@ def branched() -> DamperProblem:
 
 def with_ring(problem: DamperProblem, damper: Damper) -> Line:
     """The ring as a freedom of its own, the last, on an element of its own, the last."""
-    line = problem.line
-    n = line.inertia.size
-    return Line(
-        np.append(line.inertia, damper.inertia),
-        np.append(line.absolute_damping, 0.0),
-        np.append(line.ground_stiffness, 0.0),
-        np.append(line.first, problem.station),
-        np.append(line.second, n),
-        np.append(line.stiffness, damper.stiffness),
-        np.append(line.damping, damper.damping),
-        np.append(line.loss_factor, 0.0),
-    )
+    return ring_on(problem.line, problem.station, (*damper, 0.0))
 
 
 def direct(problem: DamperProblem, damper: Damper, speed: np.ndarray, samples: int) -> np.ndarray:

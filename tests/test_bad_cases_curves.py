@@ -5,16 +5,22 @@ from pathlib import Path
 
 import pytest
 from dense_curve_line import text
+from engine_cases import ENGINE, replaced
 from refused import problems_of, refusal, refusals, said_of
-from test_consistency_torsion_curves import RIGID
 
+ALONE = (
+    (', { name = "2" }, { name = "3" }', ""),
+    ('["1", "3", "2"]', '["1"]'),
+    (', cylinder = "2"', ""),
+    (', cylinder = "3"', ""),
+)
 ASKED = 'curves = [{ on = "tail", measured = "tail.csv" }]'
 
 
 def case(kind: str, asked: str) -> str:
     """The three cylinders, without a range of speeds, or a cylinder alone."""
     if kind == "alone":
-        return RIGID.replace("COUNT", "4") + asked
+        return replaced(ENGINE, *ALONE) + asked
     whole = text(asked)
     return whole if kind == "line" else "\n".join(
         one for one in whole.splitlines() if not one.startswith("speeds = ")

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from engine_cases import ENGINE, GEARED
-from limited_lines import CRANK, ran
+from engine_cases import CRANK, ENGINE, GEARED, ran
 from mounted_sets import tables
 from refused import changed, problems_of, refusal, refusals, said_of, with_keys
 from shipped_cases import CASES
@@ -124,6 +123,6 @@ def test_a_reading_and_an_order_that_are_not_there_are_refused() -> None:
     assert len(check_targets(validate(data))) == 2, "`run` holds the case against its references"
 
 
-def test_a_gear_without_a_mean_torque_has_no_share_of_it(tmp_path: Path) -> None:
+def test_a_gear_without_a_mean_torque_has_no_share_of_it() -> None:
     with pytest.raises(NumericalFailure, match="'wheel - take-off' carries no mean torque"):
-        ran(GEARED + "limits = [{ alternating_share = 0.3 }]\n", tmp_path)
+        ran(GEARED + "limits = [{ alternating_share = 0.3 }]\n")

@@ -1,12 +1,11 @@
 """Claim: tables of tangential effort that do not say enough are refused at their place."""
 
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import pytest
 from effort_tables import ROWS, table
-from engine_cases import CARD, ENGINE, refusal
+from engine_cases import CARD, ENGINE
 from engine_mounted import SEPARATE
 from refused import changed, problems_of, refusals, said_of
 
@@ -54,17 +53,6 @@ def test_without_a_change_nothing_is_refused(case: str) -> None:
     if case == "whole":
         text = text.replace("highest = 6", "highest = 6, step = 1")
     assert not problems_of(tomllib.loads(text))
-
-
-def test_a_column_of_a_file_that_is_misspelt_is_shown_there(tmp_path: Path) -> None:
-    text = ENGINE.replace(CARD, f'tangential_effort = {{ {LOAD}, harmonics = "effort.csv" }}')
-    lines = [" , ".join(map(str, row)) for row in ROWS]
-    good = "\n".join(["mean_indicated_pressure [Pa], order, cosine [Pa], sine [Pa]", *lines])
-    assert refusal(tmp_path, text, effort=good) == ""
-    said = refusal(tmp_path, text, effort=good.replace("cosine", "cosin"))
-    assert "cosin" in said and "did you mean 'cosine'?" in said
-    said = refusal(tmp_path, text, effort=good.replace("sine [Pa]\n", "sine [K]\n"))
-    assert "sine" in said and "a temperature" in said
 
 
 def test_the_gas_is_not_left_out_where_it_reaches_the_mounts() -> None:

@@ -5,9 +5,9 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from crank_trains import over_turn, slopes
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.excitation.articulated_forces import SlaveMasses, slave_excitation
 from vibecalc.kinematics.articulated_rod import SlaveRods, slave_motion
@@ -60,13 +60,6 @@ def engine(where: str) -> dict[str, Any]:
         "kinematics": {},
         "excitation": {"driven_machine": where, "orders": 40},
     }  # fmt: skip
-
-
-def slopes(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and second derivative of curves over a turn, by their transform."""
-    order = np.fft.fftfreq(values.shape[-1], 1.0 / values.shape[-1])
-    series = np.fft.fft(values)
-    return np.fft.ifft(1j * order * series), np.fft.ifft(-(order**2) * series)
 
 
 def wrist_pin(end: np.ndarray, length: float, bank: float, offset: float) -> np.ndarray:
@@ -130,12 +123,6 @@ def by_points(table: dict[str, Any], angle: np.ndarray) -> tuple[np.ndarray, np.
     return SPEED**2 * force, SPEED**2 * couple
 
 
-def over_turn(record: Record, kind: str, angle: np.ndarray) -> np.ndarray:
-    quantity = record[f"excitation/{kind}"]
-    waves = np.exp(1j * np.multiply.outer(quantity.axes[0].values.astype(float), angle))
-    return np.real(quantity.values.T @ waves)
-
-
 @pytest.mark.parametrize("where", ["separate", "cancels_torque"])
 def test_forces_and_couples_are_those_of_all_points(where: str) -> None:
     table = engine(where)
@@ -143,7 +130,7 @@ def test_forces_and_couples_are_those_of_all_points(where: str) -> None:
     record = run_case(validate(table))
     expected = by_points(table, angle)
     for kind, wanted in zip(("force", "couple"), expected, strict=True):
-        found = over_turn(record, kind, angle)
+        found = over_turn(record, angle, kind)
         wanted = wanted - wanted.mean(axis=-1, keepdims=True)
         scale = np.abs(wanted).max()
         assert found == pytest.approx(wanted, abs=1e-9 * scale), kind

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from crank_trains import over_turn, slopes
 from shipped_cases import table_of
 
 from vibecalc.bearings.crank_loads import bearing_shares, cycle_means, cycle_peaks
@@ -64,13 +65,6 @@ def machine(**train: Any) -> dict[str, Any]:
 
 def run(table: dict[str, Any]) -> Record:
     return run_case(validate(table))
-
-
-def slopes(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and second derivative of a smooth curve over a turn, by its transform."""
-    order = np.fft.fftfreq(len(values), 1.0 / len(values))
-    series = np.fft.fft(values)
-    return np.fft.ifft(1j * order * series), np.fft.ifft(-(order**2) * series)
 
 
 def by_newton_and_euler(
@@ -158,13 +152,6 @@ def test_rod_and_bearings_by_newton_and_euler() -> None:
     assert train["rod"]["mass"] == 0.9
 
 
-def shaking(record: Record, angle: np.ndarray, kind: str) -> np.ndarray:
-    """Force or couple (3, angles) of the crank train on the body, from its harmonics."""
-    quantity = record[f"excitation/{kind}"]
-    waves = np.exp(1j * np.multiply.outer(quantity.axes[0].values.astype(float), angle))
-    return np.real(quantity.values.T @ waves)
-
-
 def test_all_bearings_and_walls_make_the_shaking_of_the_engine() -> None:
     table = deepcopy(table_of("engine_bearing_loads"))
     train, asked = table["machine"]["crank_train"], table["bearing_loads"]
@@ -180,14 +167,14 @@ def test_all_bearings_and_walls_make_the_shaking_of_the_engine() -> None:
     bank = np.array([0.0, 0.9, 0.0, 0.0])
     wall = record[f"{ROOT}/side_thrust/force"].values * 1j * np.exp(1j * bank)[:, None]
     force = main.sum(0) + wall.sum(0)
-    _, y, z = shaking(record, angle, "force")
+    _, y, z = over_turn(record, angle, "force")
     scale = np.abs(main).max()
     assert force == pytest.approx(z - 1j * y, abs=1e-9 * scale)
     # moments about the transverse axes: x cross force
     places = np.array([-0.18, -0.09, 0.0, 0.09, 0.18])
     cylinders = np.array([-0.135, -0.045, 0.045, 0.135])
     moment = places @ main + cylinders @ wall
-    _, about_y, about_z = shaking(record, angle, "couple")
+    _, about_y, about_z = over_turn(record, angle, "couple")
     assert -moment.real == pytest.approx(about_y, abs=1e-9 * scale)
     assert -moment.imag == pytest.approx(about_z, abs=1e-9 * scale)
 

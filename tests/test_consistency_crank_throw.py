@@ -121,16 +121,6 @@ def test_the_factor_of_the_printed_web_is_its_bending():
     assert 24.0 * np.pi / 32.0 * ratio == pytest.approx(THROW_FORMULAS["source"].web, abs=0.0015)
 
 
-def test_a_throw_is_a_series_of_its_parts():
-    apart = [
-        shaft_stiffness(SHEAR, 0.028, ((0.040, 0.0), (0.040, 0.0))),
-        shaft_stiffness(SHEAR, 0.030, ((0.034, 0.0), (0.034, 0.0))),
-        SHEAR * np.pi / 32.0 * 0.018 * 0.062**3 / (0.93 * RADIUS),
-    ]
-    whole = throw_stiffness(THROW, RADIUS, "source")
-    assert 1.0 / sum(1.0 / one for one in apart) == pytest.approx(whole, rel=1e-14)
-
-
 @pytest.mark.parametrize(("bore", "last"), [(0.0, 0.0), (0.02, 0.02), (0.03, 0.055)])
 def test_cones_against_mpmath(bore, last):
     def slice_(x):

@@ -1,29 +1,26 @@
 """Dampings and loads that follow the speed: closed forms, dense solves, numbers instead of laws."""
 
 import math
-from pathlib import Path
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from dense_line import DenseLine, cylinder_of, half_range
 
-from vibecalc.core.case.load import validate
+from vibecalc.core.case.load import resolve, validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.response.torque_reaction import line_transfer
 from vibecalc.torsion.adapters.critical import critical
-from vibecalc.torsion.adapters.motion import solved as solved_line
 from vibecalc.torsion.adapters.search import with_narrow
 from vibecalc.torsion.adapters.setup import build_setup
 from vibecalc.torsion.adapters.variable_inertia import system_of
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
 from vibecalc.torsion.model import build_shaft_line
-from vibecalc.torsion.speed_damping import SpeedLaw, archer_multiple, propeller_law
 
-RPM = math.pi / 30.0
-CASE = Path(__file__).parents[1] / "cases" / "marine_propulsion.toml"
 ROOT = "response/torsion/"
 RATED = 100.0
 #: of the wheel and the propeller over the crank, the other way round
@@ -81,66 +78,6 @@ def geared() -> dict[str, Any]:
     )  # fmt: skip
 
 
-def table(speed: float) -> float:
-    return float(np.interp(speed, TABLE["speed"], TABLE["factor"]))
-
-
-def matrices() -> tuple[np.ndarray, np.ndarray]:
-    """Inertia (4, 4) and the twists (3, 4) of the freedoms a, b, pinion + wheel, propeller."""
-    r = RATIO**2
-    values = INERTIA["a"], INERTIA["b"], INERTIA["pinion"] + r * INERTIA["wheel"]
-    ends = np.array([[1.0, -1, 0, 0], [0, 1, -1, 0], [0, 0, 1, -1]])
-    return np.diag([*values, r * INERTIA["propeller"]]), ends
-
-
-def springs() -> np.ndarray:
-    return np.array([STIFFNESS["crank"], STIFFNESS["coupling"], RATIO**2 * STIFFNESS["shaft"]])
-
-
-def engine_damping(speed: float) -> float:
-    inertia, ends = matrices()
-    square = np.linalg.eigvals(np.linalg.solve(inertia, ends.T @ (springs()[:, None] * ends)))
-    return table(speed) * INERTIA["a"] * math.sqrt(np.sort(square.real)[2]) / 50.0
-
-
-def wheel_damping(speed: float) -> float:
-    return 300.0 * (abs(RATIO) * speed / 40.0) ** 1.5
-
-
-def propeller_damping(speed: float) -> float:
-    return 3.5 * float(np.interp(speed, TORQUE["speed"], TORQUE["torque"])) / (abs(RATIO) * speed)
-
-
-def complex_springs(speed: float, w: float) -> np.ndarray:
-    power = (speed / 100.0) ** 1.5
-    slow = float(np.interp(abs(RATIO) * speed, [20.0, 40.0, 60.0], [2.0, 1.0, 0.7]))
-    loss = np.array([table(speed) / 80.0, 2.0 * 0.02 * power, 0.0])
-    dashpot = np.array([0.0, 30.0 * power, RATIO**2 * 200.0 * slow])
-    return springs() * (1.0 + 1j * loss) + 1j * w * dashpot
-
-
-def answer(speed: float, order: float, load: np.ndarray) -> tuple[np.ndarray, complex]:
-    """Referred torques of the three shafts, and that of the gear on the pinion."""
-    inertia, ends = matrices()
-    w, r = order * speed, RATIO**2
-    absolute = np.array([
-        engine_damping(speed), engine_damping(speed), r * wheel_damping(speed),
-        r * propeller_damping(speed),
-    ])  # fmt: skip
-    k = complex_springs(speed, w)
-    whole = ends.T @ (k[:, None] * ends) + 1j * w * np.diag(absolute) - w**2 * inertia
-    angle = np.linalg.solve(whole, load)
-    torque = k * (ends @ angle)
-    wheel = (1j * w * absolute[2] - w**2 * r * INERTIA["wheel"]) * angle[2]
-    return torque, wheel + torque[2]
-
-
-def half(order: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    turn = np.arange(1 << 15) * 4.0 * np.pi / (1 << 15)
-    signal = (np.exp(1j * np.multiply.outer(turn, order)) @ rows).real
-    return 0.5 * (signal.max(axis=0) - signal.min(axis=0))
-
-
 def record(case: dict[str, Any]) -> Record:
     return run_case(validate(case))
 
@@ -149,52 +86,41 @@ def values(found: Record, path: str) -> np.ndarray:
     return np.asarray(found.quantities[ROOT + path].values)
 
 
+@cache
+def laws() -> tuple[Record, DenseLine]:
+    """A run with every law, and its full matrices under the torque of its cylinders."""
+    case = validate(geared())
+    found, tables = run_case(case), resolve(case)
+    cylinder = cylinder_of(found, tables)
+    return found, DenseLine(tables, lambda speed: cylinder)
+
+
 def test_every_law_against_a_dense_solve() -> None:
-    found = record(geared())
-    setup = build_setup(validate(geared()))
-    order = setup.drive.order
+    found, line = laws()
+    order = cylinder_of(found, geared()).order
     curve, gear = values(found, "speeds/torque_half_range"), values(found, "speeds/gear_torque")
     for place, speed in enumerate(np.linspace(65.0, 140.0, 6).tolist()):
-        load = np.zeros((len(order), 4), dtype=complex)
-        load[:, :2] = setup.drive.torque(np.array([speed])).value[0]
-        solved = [answer(speed, q, one) for q, one in zip(order, load, strict=True)]
-        torque = np.array([one for one, _ in solved])
-        ours = solved_line(setup.model, setup.drive, np.array([speed])).torque[0]
-        np.testing.assert_allclose(ours, torque, rtol=1e-10, atol=1e-10 * np.abs(torque).max())
-        # samples miss the top of a smooth curve by the square of their step
-        whole = half(order, np.column_stack([torque, [one for _, one in solved]]))
-        actual = whole / np.abs([1.0, 1.0, RATIO, 1.0])
-        np.testing.assert_allclose([*curve[:, place], gear[0, place]], actual, rtol=2e-6)
+        now = line.at(speed)
+        np.testing.assert_allclose(curve[:, place], half_range(order, now.torque), rtol=1e-9)
+        np.testing.assert_allclose(gear[:, place], half_range(order, now.gear), rtol=1e-9)
 
 
 def test_dampings_that_are_reported() -> None:
-    found = record(geared())
+    found, line = laws()
     at = found.quantities[ROOT + "speeds/station_damping"]
     assert tuple(at.axes[0].values) == ("a", "b", "wheel", "propeller")
     for place, speed in enumerate(np.asarray(at.axes[1].values, dtype=float).tolist()):
-        engine = engine_damping(speed)
-        wanted = [engine, engine, wheel_damping(speed), propeller_damping(speed)]
-        np.testing.assert_allclose(at.values[:, place], wanted, rtol=1e-12)
-        k = complex_springs(speed, 1.0)
         np.testing.assert_allclose(
-            values(found, "speeds/section_loss_factor")[:, place],
-            [table(speed) / 80.0, 0.04 * (speed / 100.0) ** 1.5], rtol=1e-12,
-        )  # fmt: skip
-        np.testing.assert_allclose(
-            values(found, "speeds/section_damping")[1, place], k.imag[2] / RATIO**2, rtol=1e-12
+            at.values[:, place], line.absolute(speed)[[0, 1, 3, 4]], rtol=1e-12
         )
-    np.testing.assert_allclose(values(found, "damping/station")[4], propeller_damping(RATED))
+        springs, dashpots = line.section_laws(speed, np.ones(1), np.zeros(3))
+        loss = springs[:, 0].imag / springs[:, 0].real
+        for path, wanted in (("section_loss_factor", loss[:2]), ("section_damping", dashpots[1:])):
+            seen = values(found, f"speeds/{path}")[:, place]
+            np.testing.assert_allclose(seen, wanted, rtol=1e-12)
+    np.testing.assert_allclose(values(found, "damping/station"), line.absolute(RATED), rtol=1e-12)
     mean = values(found, "torque_mean")[2]
     assert abs(mean) == pytest.approx(2500.0, rel=1e-9)  # the load's own table
-
-
-def test_archer() -> None:
-    """30 T / n, n in rpm, is pi T / w; on its own shaft whatever the crank does."""
-    assert archer_multiple(30.0) == pytest.approx(math.pi, rel=1e-15)
-    law = propeller_law(archer_multiple(25.0), SpeedLaw(8e5, 10.0, 2.0), -0.25)
-    for speed in (3.0, 10.0, 12.0):
-        torque, own = 8e5 * (speed / 10.0) ** 2, 0.25 * speed / RPM
-        assert float(law.at(speed)) == pytest.approx(25.0 * torque / own, rel=1e-14)
 
 
 def test_slope_is_the_derivative_of_the_load() -> None:
@@ -311,8 +237,9 @@ def test_a_variable_inertia_has_the_dampings_of_each_speed() -> None:
     setup = build_setup(validate(geared()))
     for speed in (70.0, 130.0):
         line = system_of(setup, speed).line
-        assert line.absolute_damping[3] == pytest.approx(RATIO**2 * propeller_damping(speed))
-        assert line.absolute_damping[0] == pytest.approx(engine_damping(speed))
+        engine, *_, propeller = laws()[1].absolute(speed)
+        assert line.absolute_damping[3] == pytest.approx(RATIO**2 * propeller)
+        assert line.absolute_damping[0] == pytest.approx(engine)
 
 
 def test_on_mounts_the_line_has_the_dampings_of_each_speed() -> None:

@@ -6,29 +6,23 @@ from typing import Any
 import numpy as np
 import pytest
 from dense_curve_line import (
-    AT,
     HIGH,
     LOW,
     OPERATING,
     ORDER,
-    RATIO,
     RPM,
-    SECTIONS,
-    SHAFTS,
     SPEED,
-    STATIONS,
+    dense,
     half_range,
-    loaded,
+    ratio,
     response,
     run,
     text,
     values,
 )
+from engine_cases import ran
 from long_but import long_but
 
-from vibecalc.core.study.execute import execute
-
-MODULUS = {name: modulus for name, *_, modulus in SHAFTS}
 EVERY = f"orders = {[*ORDER.tolist()]}"
 CURVES = f"""
 irregularity = [{{ on = "generator", pole_pairs = 3 }}, {{ on = "flywheel" }}, {{ on = "wheel" }}]
@@ -83,13 +77,13 @@ def near(found: Any, expected: Any, size: float = 0.0) -> None:
 def test_orders_of_sections_are_those_of_full_matrices(at: int) -> None:
     result, (_, torque) = run(CURVES), response(SPEED[at])
     names = list(result.record["response/torsion/curves/torque/order"].axes[0].values)
+    tail = next(one for one in dense().line["shafts"] if one["name"] == "tail")
     assert names == ["tail", "rubber", "teeth"]
-    wanted = torque[[SECTIONS.index(name) for name in names]]
+    wanted = torque[[dense().sections.index(name) for name in names]]
     # the sense of a torque behind a gear is that of its own shaft
     near(values(result, "curves/torque/order")[..., at], wanted)
-    near(values(result, "curves/stress/order")[0, :, at], wanted[0] / MODULUS["tail"])
-    _, _, _, k, c, eta, _ = next(one for one in SHAFTS if one[0] == "tail")
-    whole = k * (1.0 + 1j * eta) + 1j * ORDER * SPEED[at] * c
+    near(values(result, "curves/stress/order")[0, :, at], wanted[0] / tail["section_modulus"])
+    whole = tail["stiffness"] + 1j * ORDER * SPEED[at] * tail["damping"]
     near(values(result, "curves/twist/order")[0, :, at], wanted[0] / whole)
     for name, row in zip(names, wanted, strict=True):
         place = names.index(name)
@@ -109,7 +103,7 @@ def test_derivatives_of_the_angles_are_those_of_full_matrices(at: int) -> None:
         stations = list(result.record[f"response/torsion/curves/{name}/order"].axes[0].values)
         assert stations == ["generator", "wheel"]
         for place, one in enumerate(stations):
-            wanted = factor * angle[AT[one]]
+            wanted = factor * angle[one]
             near(values(result, f"curves/{name}/order")[place, :, at], wanted)
             near(values(result, f"curves/{name}/half_range")[place, at], half_range(wanted))
             near(values(result, f"curves/{name}/sum")[place, at], np.abs(wanted).sum())
@@ -121,11 +115,11 @@ def test_derivatives_of_the_angles_are_those_of_full_matrices(at: int) -> None:
 def test_the_largest_amplitude_of_an_order_is_found_between_the_speeds() -> None:
     result = run(CURVES)
     top, at = (values(result, f"curves/torque/{one}") for one in ("largest", "largest_speed"))
-    assert SECTIONS[-3] == "tail"
-    coarse = np.array([np.abs(response(one)[1][-3]) for one in np.linspace(LOW, HIGH, 240) * RPM])
+    assert dense().sections[-3] == "tail"
+    coarse = np.array([np.abs(response(one)[1][-3]) for one in np.linspace(LOW, HIGH, 240)])
     assert (top[0] >= coarse.max(axis=0) * (1 - 1e-12)).all()
     for order in np.flatnonzero(np.isin(ORDER, [0.5, 1.5, 3.0, 4.5])):
-        near_it = np.clip(at[0, order] * (1.0 + 1e-4 * np.arange(-2, 3)), LOW * RPM, HIGH * RPM)
+        near_it = np.clip(at[0, order] * (1.0 + 1e-4 * np.arange(-2, 3)), LOW, HIGH)
         own = np.array([np.abs(response(one)[1][-3][order]) for one in near_it])
         assert own[2] == pytest.approx(top[0, order], rel=1e-9)
         assert own.max() <= own[2] * (1 + 1e-12)
@@ -174,67 +168,24 @@ def test_the_strictest_limit_of_a_section_stands_next_to_its_curve() -> None:
 def test_irregularity_is_the_range_of_the_own_speed_over_its_mean(at: int) -> None:
     result, (angle, _) = run(CURVES), response(SPEED[at])
     for row, name in enumerate(("generator", "flywheel", "wheel")):
-        own = 1j * ORDER * SPEED[at] * angle[AT[name]]
-        degree = 2.0 * half_range(own) / abs(RATIO[AT[name]] * SPEED[at])
+        own = 1j * ORDER * SPEED[at] * angle[name]
+        degree = 2.0 * half_range(own) / abs(ratio(name) * SPEED[at])
         near(values(result, "irregularity/speeds/degree")[row, at], degree)
     electrical = values(result, "irregularity/speeds/electrical_angle")
     assert electrical.shape == (1, len(SPEED))
-    near(electrical[0, at], 3.0 * half_range(angle[AT["generator"]]))
+    near(electrical[0, at], 3.0 * half_range(angle["generator"]))
 
 
 def test_irregularity_at_the_operating_speed_and_its_largest_one() -> None:
     result = run(CURVES)
-    angle = response(OPERATING * RPM)[0][AT["flywheel"]]
+    angle = response(OPERATING)[0]["flywheel"]
     near(values(result, "irregularity/degree")[1], 2.0 * half_range(1j * ORDER * angle))
     top, at = (values(result, f"irregularity/largest/{one}") for one in ("degree", "speed"))
     seen = values(result, "irregularity/speeds/degree").max(axis=1)
     assert (top >= seen * (1 - 1e-13)).all()
     for row, name in enumerate(("generator", "flywheel", "wheel")):
-        own = 2.0 * half_range(1j * ORDER * response(at[row])[0][AT[name]] / RATIO[AT[name]])
+        own = 2.0 * half_range(1j * ORDER * response(at[row])[0][name] / ratio(name))
         assert own == pytest.approx(top[row], rel=1e-9)
-
-
-RIGID = """schema = 1
-title = "Two wheels"
-[machine]
-kind = "engine"
-cycle = "two_stroke"
-speed = "600 rpm"
-[machine.crank_train]
-crank_radius = "60 mm"
-rod_length = "200 mm"
-reciprocating_mass = "2 kg"
-bore = "100 mm"
-cylinders = [{ name = "1" }]
-gas_pressure = { crank_angle = ["0 deg", "90 deg", "360 deg"], pressure = ["60 bar", "0 bar", "60 bar"] }
-[machine.shaft_line]
-stations = [
-  { name = "crank", inertia = "3 kg*m^2", cylinder = "1" },
-  { name = "wheel", inertia = "8 kg*m^2" },
-  { name = "end", inertia = 0 },
-]
-shafts = [{ between = ["wheel", "end"], stiffness = "1e6 N*m/rad" }]
-gears = [{ between = ["crank", "wheel"], teeth = [20, 40] }]
-[response.torsion]
-orders = { count = COUNT }
-speeds = { from = "300 rpm", to = "600 rpm", points = 4 }
-irregularity = [{ on = "crank" }, { on = "wheel" }]
-"""  # noqa: E501
-
-
-@pytest.mark.parametrize("count", [1, 4])
-def test_a_line_without_elasticity_has_the_closed_form(count: int) -> None:
-    result = execute(loaded(RIGID.replace("COUNT", str(count))))
-    w, inertia, order = 20.0 * np.pi, 3.0 + 8.0 / 4.0, np.arange(1, count + 1)
-    torque = values(result, "excitation/gas") + values(result, "excitation/inertia")
-    # speed of order q over the mean: T_q / (i q J w^2)
-    turn = np.linspace(0.0, 2.0 * np.pi, 400_001)
-    signal = np.real(np.exp(1j * np.outer(turn, order)) @ (torque / (1j * order * inertia * w**2)))
-    expected = np.ptp(signal)
-    if count == 1:
-        expected = 2.0 * abs(torque[0]) / (inertia * w**2)
-    found = values(result, "irregularity/degree")
-    np.testing.assert_allclose(found, [expected, expected], rtol=1e-9)
 
 
 # ----------------------------------------------------------------------------
@@ -247,17 +198,17 @@ def test_the_worst_of_all_conditions_is_that_of_full_matrices(at: int) -> None:
     result = run(CONDITIONS)
     each = [response(SPEED[at], scale) for scale in SCALES]
     torque = np.max([[half_range(row) for row in one] for _, one in each], axis=0)
-    angle = np.max([[half_range(row) for row in one] for one, _ in each], axis=0)
+    angle = np.max([[half_range(row) for row in one.values()] for one, _ in each], axis=0)
     near(values(result, "conditions/speeds/torque_half_range")[:, at], torque)
     near(values(result, "conditions/speeds/angle_half_range")[:, at], angle)
-    assert len(angle) == len(STATIONS)
+    assert len(angle) == len(dense().names)
 
 
 def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
     speeds = 'speeds = { from = "500.0 rpm", to = "1300.0 rpm", points = 61 }'
     asked = 'irregularity = [{ on = "flywheel" }]' + CONDITIONS
     assert speeds in text(asked)
-    alone = execute(loaded(text(asked).replace(speeds, "")))
+    alone = ran(text(asked).replace(speeds, ""))
     assert not [path for path in alone.record if "/speeds/" in path or "/largest" in path]
     for path in (
         "torque_half_range",
@@ -275,9 +226,9 @@ def test_irregularity_of_every_condition_is_that_of_full_matrices() -> None:
     found = result.record["response/torsion/conditions/irregularity"]
     assert list(found.axes[1].values) == ["generator", "c1"]
     for row, scale in enumerate(SCALES):
-        angle = response(OPERATING * RPM, scale)[0]
+        angle = response(OPERATING, scale)[0]
         near(found.values[row], [
-            2.0 * half_range(1j * ORDER * angle[AT[name]]) / abs(RATIO[AT[name]])
+            2.0 * half_range(1j * ORDER * angle[name]) / abs(ratio(name))
             for name in ("generator", "c1")
         ])  # fmt: skip
     near(found.values[0], values(result, "irregularity/degree"))
@@ -289,7 +240,7 @@ def test_an_undamped_line_has_orders_without_bound_at_its_criticals() -> None:
     bare = text(asked).replace("loss_factor = 0.17", "loss_factor = 0.0")
     for name in ("damping = ", "absolute_damping = "):
         bare = re.sub(rf"\b{name}[0-9.]+", f"{name}0.0", bare)
-    result = execute(loaded(bare))
+    result = ran(bare)
     masked = values(result, "resonances_skipped/from")
     assert len(masked)
     top = values(result, "curves/torque/largest")[0]

@@ -158,3 +158,27 @@ def test_the_bound_of_a_network_holds_next_to_resonances_of_its_parts():
         wrong = true_error(line, w, torque, found.angle[:, 0].T)
         assert np.all(wrong <= found.error[0])
         assert np.all(found.error <= 1e-11 * found.largest)
+
+
+def test_a_line_of_2000_inertias_holds_its_bound_at_a_cost_that_grows_with_its_length(monkeypatch):
+    """Few frequencies are solved as a network as well, and 40 digits agree within its bound."""
+    solved = []
+
+    def counted(line, frequency, *rest):
+        solved.append(len(frequency))
+        return network_solution(line, frequency, *rest)
+
+    monkeypatch.setattr("vibecalc.torsion.forced.network_solution", counted)
+    generator, count = np.random.default_rng(1), 2000
+    stiffness = 1e6 * (1.0 + generator.random(count - 1)) * count / 7
+    line = chain(0.05 + 0.1 * generator.random(count), stiffness)
+    line = line._replace(damping=1e-5 * stiffness)
+    w = np.linspace(20.0, 90.0, 10)[:, None] * np.arange(1, 31) * 0.5
+    found = forced_masked(line, w, np.ones((1, 1, 6), complex), stations=range(6))
+    assert not found.masked.any()
+    share = found.error / np.max(np.abs(found.angle), axis=-1)
+    assert 0 < sum(solved) < w.size / 4
+    assert share.max() < 1e-9
+    worst = np.unravel_index(np.argsort(share, axis=None)[[-1, -2]], w.shape)
+    torque = np.tile(np.where(np.arange(count) < 6, 1.0 + 0j, 0.0), (2, 1))
+    assert np.all(true_error(line, w[worst], torque, found.angle[worst]) <= found.error[worst])

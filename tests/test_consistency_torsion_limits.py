@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dense_line import Cylinder, DenseLine, half_range
+from dense_line import DenseLine, cylinder_of, half_range
 from shipped_cases import CASES, fresh
 
 from vibecalc.core.case.load import load_case, resolve
@@ -29,9 +29,9 @@ def axis(path: str, place: int) -> list[Any]:
 
 @cache
 def line() -> DenseLine:
-    gas, inertia = values("excitation/gas"), values("excitation/inertia")
-    cylinder = Cylinder(ORDER, gas, inertia / (750.0 * RPM) ** 2)
-    return DenseLine(resolve(load_case(CASES["engine_geared"]).case), lambda speed: cylinder)
+    case = resolve(load_case(CASES["engine_geared"]).case)
+    cylinder = cylinder_of(fresh("engine_geared").record, case)
+    return DenseLine(case, lambda speed: cylinder)
 
 
 @cache
@@ -125,7 +125,7 @@ def test_the_crankshaft_by_its_torques() -> None:
         found = values("limit/operating/stress")[6, column]
         assert found == pytest.approx(stress, rel=1e-9)
         # pin fillet: alpha_B 1.8692137582 * 30 + 10 = 66.0764 N/mm2, alpha_T 1.9293427015,
-        # sigma_DW = 1.05 * 259.4330610845 N/mm2; see test_property_crank_limits.py
+        # sigma_DW = 1.05 * 259.4330610845 N/mm2; see test_property_shaft_limits.py
         equivalent = math.hypot(66.076412745989, math.sqrt(3.0) * 1.92934270152 * stress / 1e6)
         factor = values("limit/crank/operating_acceptability")[6, column, 0]
         assert factor == pytest.approx(1.05 * 259.43306108450 / equivalent, rel=1e-9)

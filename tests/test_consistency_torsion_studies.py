@@ -1,15 +1,10 @@
 """Claim: studies of a shaft line agree with runs of the line that they change."""
 
-from functools import cache
-from pathlib import Path
-from tempfile import TemporaryDirectory
-
 import numpy as np
 import pytest
-from engine_cases import ENGINE, GEARED, replaced
+from engine_cases import ENGINE, GEARED, ran, replaced
 
 from vibecalc.core.results.record import Record, Result
-from vibecalc.core.study.execute import execute, load_checked
 
 TORSION = "response/torsion/"
 SPEEDS = 'speeds = { from = "800 rpm", to = "2000 rpm" }\n'
@@ -22,16 +17,8 @@ DAMPED = replaced(
 )
 
 
-@cache
-def run_text(text: str) -> Result:
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "engine.toml"
-        path.write_text(text, encoding="utf-8")
-        return execute(load_checked([path])[0])
-
-
 def of(extra: str, base: str = DAMPED, speeds: str = "") -> Result:
-    return run_text(replaced(base, (SPEEDS, speeds)) + extra)
+    return ran(replaced(base, (SPEEDS, speeds)) + extra)
 
 
 def value(record: Record, path: str) -> np.ndarray:
@@ -53,39 +40,6 @@ def test_run_up_has_the_steady_curve_nearby_it_and_lags() -> None:
     assert late[0] < late[1]
 
 
-@cache
-def design() -> Result:
-    speeds = 'speeds = { from = "900 rpm", to = "1900 rpm", points = 201 }\n'
-    base = replaced(DAMPED, ("orders = { highest = 6 }", "orders = { highest = 3 }"))
-    extra = ('[damper_design]\non = "ring"\n'
-             'compare = { stiffness = "2e4 N*m/rad", damping = "30 N*m*s/rad" }\n')  # fmt: skip
-    return of(extra, base, speeds)
-
-
-@pytest.mark.long
-def test_design_put_into_the_line_bears_what_was_promised() -> None:
-    record = design().record
-    k, c, worst = (
-        float(record[f"damper_design/{n}"].values) for n in ("stiffness", "damping", "worst_torque")
-    )
-    names = ("viscous", "spring")
-    ring = 'kind = "{}", inertia = "0.2 kg*m^2", damping = "{} N*m*s/rad"'
-    base = replaced(DAMPED, ("orders = { highest = 6 }", "orders = { highest = 3 }"))
-
-    def largest(stiffness: float, damping: float) -> float:
-        spring = f', stiffness = "{stiffness!r} N*m/rad"'
-        new = ring.format(names[1], repr(damping)) + spring
-        text = replaced(base, (ring.format(names[0], 30), new))
-        speeds = 'speeds = { from = "900 rpm", to = "1900 rpm", points = 201 }\n'
-        return float(value(of("", text, speeds).record, "largest/torque_half_range")[:3].max())
-
-    assert largest(k, c) == pytest.approx(worst, rel=1e-8)
-    assert min(largest(1.03 * k, c), largest(k, 0.97 * c)) > worst
-    table = float(record["damper_design/table/worst_torque"].values)
-    assert largest(2e4, 30.0) == pytest.approx(table, rel=1e-8)
-    assert float(record["damper_design/table/gain"].values) == pytest.approx(table / worst)
-
-
 def geared_ring(inertia: float) -> str:
     """A ring behind a gear of four to one, only its damping to be found."""
     speeds = 'speeds = { from = "500 rpm", to = "900 rpm", points = 101 }\n'
@@ -103,7 +57,7 @@ def geared_ring(inertia: float) -> str:
 @pytest.mark.long
 def test_damper_on_a_geared_shaft_is_reported_in_its_own_values() -> None:
     # its damper put into the case as a part
-    record = run_text(
+    record = ran(
         geared_ring(0.05) + 'rings = ["0.05 kg*m^2"]\n'
         'compare = { stiffness = "2e3 N*m/rad", damping = "6 N*m*s/rad" }\n'
     ).record
@@ -120,14 +74,57 @@ def test_damper_on_a_geared_shaft_is_reported_in_its_own_values() -> None:
     assert rings[0] == pytest.approx(float(own), rel=1e-6)
 
 
-def test_phases_that_are_given_change_no_number() -> None:
-    names = '{ name = "1" }, { name = "2" }, { name = "3" }'
-    phased = ", ".join(
-        f'{{ name = "{k}", crank_phase = "{phase} deg" }}'
-        for k, phase in ((1, 90), (2, 330), (3, 210))
-    )
-    plain, turned = (
-        run_text(replaced(ENGINE, (SPEEDS, ""), *change)) for change in ((), ((names, phased),))
-    )
-    for path, quantity in plain.record.quantities.items():
-        np.testing.assert_array_equal(turned.record[path].values, quantity.values, path)
+#: two inertias and a ring in oil, excited by the first order alone
+TWO = """schema = 1
+title = "two inertias and a ring"
+[machine]
+kind = "drive_train"
+speed = "100 rad/s"
+[machine.shaft_line]
+stations = [{ name = "hub", inertia = "0.1 kg*m^2" }, { name = "wheel", inertia = "2 kg*m^2" }]
+shafts = [{ name = "shaft", stiffness = "1e6 N*m/rad" }]
+excitations = [{ on = "hub", orders = [1], torques = ["50 N*m"] }]
+dampers = [{ name = "ring", on = "hub", kind = "viscous", inertia = 0.05, damping = 30.0 }]
+[response.torsion]
+"""
+RING = "machine.shaft_line.dampers[0].damping"
+
+
+def test_find_a_shaft_for_a_frequency() -> None:
+    search = """[[find]]
+name = "shaft"
+key = "machine.shaft_line.shafts[0].stiffness"
+min = "1e4 N*m/rad"
+max = "1e7 N*m/rad"
+quantity = "response/torsion/modes/natural_frequency"
+where = { mode = 2 }
+target = "100 Hz"
+points = 5
+"""
+    ring = next(line for line in TWO.splitlines() if line.startswith("dampers"))
+    found = ran(replaced(TWO, (ring, "")) + search).record["find/shaft/value"]
+    exact = (200.0 * np.pi) ** 2 * 0.1 * 2.0 / 2.1
+    assert abs(float(found.values) - exact) <= found.error_estimate <= 1e-9 * exact
+
+
+@pytest.mark.long
+def test_the_damping_that_takes_the_most_heat() -> None:
+    """A slip v between ring and hub is T / (c + Z), Z the impedance of both in series.
+
+    T is what the dashpot would carry, were it rigid, times a share that c does not change; half of
+    c |v|^2 is largest at c = |Z|, as Z is imaginary without any other damping.
+    """
+    search = f"""[optimisation]
+variables = [{{ key = "{RING}", min = "0.5 N*m*s/rad", max = "50 N*m*s/rad" }}]
+objective = {{ quantity = "response/torsion/damper/heat", where = {{ damper = "ring" }}, sense = "max" }}
+starts = 1
+"""  # noqa: E501
+    record = ran(TWO + search).record
+    w, k = 100.0, 1e6
+    rest = -0.1 * w**2 + k - k * k / (k - 2.0 * w**2)  # dynamic stiffness at the hub
+    best = abs(1.0 / (w / (-0.05 * w**2) + w / rest))
+    found = record[f"optimisation/variable/{RING}"]
+    assert abs(float(found.values) - best) <= found.error_estimate + 1e-12 * best
+    assert found.error_estimate < 1e-4 * best
+    heat = value(ran(replaced(TWO, ("30.0", repr(best)))).record, "damper/heat")[0]
+    assert float(record["optimisation/objective"].values) == pytest.approx(heat, rel=1e-9)

@@ -1,19 +1,26 @@
-"""Claim: a shaft line through a transient moves as closed forms and another integrator say."""
+"""Claim: a shaft line through a transient moves as closed forms and another integrator say; changes
+in time that a case asks for are what they say, from the case to the report.
+"""
 
+import re
 import tomllib
 
 import mpmath
 import numpy as np
 import pytest
-from engine_cases import GENSET
-from scipy.special import fresnel
+from engine_cases import GENSET, ran
 
 from vibecalc.core.case.load import validate
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
-from vibecalc.torsion.line import Line, chain, dynamic_stiffness
+from vibecalc.schema import Case
+from vibecalc.torsion.adapters.setup import build_setup
+from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.transient.march import TransientRun, transient
 from vibecalc.torsion.transient.motion import course_of, stretch, time_of_speed
-from vibecalc.torsion.transient.trace import extremes, section_peaks, traces
+from vibecalc.torsion.transient.trace import extremes, traces
 
 
 def pair(damping: float = 0.0, stiffness: float = 4000.0) -> Line:
@@ -80,52 +87,6 @@ def test_chirp_through_a_critical_is_the_error_function(
             slack = 1e-6 * damping  # of the difference quotient, which has a damper only
             assert abs(values[k, 0] - exact) <= run.torque_error[0] + slack
     assert run.torque_error[0] < 1e-8 * np.abs(values).max()
-
-
-def test_slow_undamped_passage_is_the_fresnel_integral() -> None:
-    # from far below the critical: amplitude F / (2 w_n) sqrt(pi / a) |int e^{i pi x^2 / 2} dx|,
-    # whose first maximum lies at x = 1.2172, after the critical (Lewis 1932)
-    line, natural = pair(), np.sqrt(4000.0 / REDUCED)
-    rate = 2.0
-    gas = np.array([[100.0 + 0j], [0.0]])
-    run = transient(line, np.array([1.0]), [stretch(57.0, rate, gas)], 0.0)
-    peak = section_peaks(run, traces(run))
-    x = np.linspace(0.5, 2.0, 4001)
-    sine, cosine = fresnel(x)
-    size = np.hypot(sine + 0.5, cosine + 0.5)
-    force = 100.0 / 2.0 * 4000.0
-    expected = force / (2.0 * natural) * np.sqrt(np.pi / rate) * size.max()
-    assert peak.peak[0] == pytest.approx(expected, rel=0.01)
-    assert x[size.argmax()] == pytest.approx(1.2172, abs=1e-3)
-    # the vibration follows its envelope to a period
-    expected_speed = natural + x[size.argmax()] * np.sqrt(np.pi * rate)
-    at_peak = run.course.at(peak.time)[0, 0]
-    assert at_peak == pytest.approx(expected_speed, abs=rate * 2 * np.pi / natural)
-
-
-def test_a_steady_start_at_constant_speed_stays_on_the_forced_response() -> None:
-    line = chain(np.array([1.0, 2.0, 4.0]), np.array([3000.0, 2000.0]))._replace(
-        absolute_damping=np.array([0.0, 1.5, 0.0])
-    )
-    order, speed, angle = np.array([0.5, 3.0, 4.0]), 17.0, 1.1
-    gas = np.array([[5.0, 3.0j, 2.0], [1.0, 1.0, -4.0j], [0.0, 0.0, 0.0]])
-    inertia = 0.01j * gas
-    run = transient(line, order, [stretch(5.0, 0.0, gas, inertia)], speed, angle, start="steady")
-    total = gas + speed**2 * inertia
-    matrix = dynamic_stiffness(line, order * speed)
-    phi = np.linalg.solve(matrix, total.T[..., None])[..., 0]
-    section = (phi[:, :-1] - phi[:, 1:]) * line.stiffness
-    times = step_times(run)
-    phase = np.exp(1j * order * (angle + speed * times[:, None]))
-    expected = (phase @ section).real
-    error = np.abs(torques(run) - expected).max(axis=0)
-    # 1e-13: the two ways to the amplitudes at the start
-    assert np.all(error <= run.torque_error + 1e-13 * np.abs(expected).max())
-    # from rest the same vibration is reached: the slowest pole is that of the damped rigid mode
-    rest = transient(line, order, [stretch(90.0, 0.0, gas, inertia)], speed, angle)
-    size = np.abs(expected).max(axis=0)
-    late = np.abs(rest.states[-1] @ run.system.torque.T)[-2000:].max(axis=0)
-    np.testing.assert_allclose(late, size, rtol=0.01)
 
 
 def test_load_step_on_undamped_line_doubles_the_static_torque_for_ever() -> None:
@@ -245,3 +206,90 @@ def test_teeth_that_part_in_a_short_circuit_are_said() -> None:
     assert abs(float(record[path].values[0]) - teeth.min()) < stated < 5e-4 * abs(teeth.min())
     (said,) = [one for one in record.warnings if "the torque of its teeth reverses" in one]
     assert f"down to {teeth.min():.4g} N*m" in said
+
+
+# ----------------------------------------------------------------------------
+# As a case asks for it.
+# ----------------------------------------------------------------------------
+
+TRANSIENT = "response/torsion/transient/"
+EQUIVALENT = ("equivalent/frequency", "equivalent/damping")
+
+
+def asked(change: str, text: str = GENSET) -> Case:
+    case = validate(tomllib.loads(f"{text}transient = {{ {change} }}\n"))
+    assert check_machine(case) == []
+    return case
+
+
+def run(change: str, text: str = GENSET, wanted: tuple[str, ...] = ("peak",)) -> Record:
+    return run_case(asked(change, text), wanted=frozenset(TRANSIENT + one for one in wanted))
+
+
+def value(record: Record, name: str) -> np.ndarray:
+    return np.asarray(record[TRANSIENT + name].values)
+
+
+def test_without_damping_the_steady_vibration_has_no_bound() -> None:
+    text = GENSET.replace("loss_factor = 0.1, ", "").replace(', damping = "5 N*m*s/rad"', "")
+    text = re.sub(r"dampers = .*\n", "", text)
+    change = 'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "1 s"'
+    change += ', time_after = "0.1 s"'
+    names = ("peak_half_range", "steady_half_range", "overshoot")
+    record = run(change, text, names)
+    assert np.all(np.isinf(value(record, "steady_half_range")))
+    assert np.all(value(record, "overshoot") == -1.0)
+    assert any("an undamped critical speed is passed" in one for one in record.warnings)
+
+
+def test_after_a_jolt_the_mode_of_the_coupling_counts() -> None:
+    change = 'kind = "load_step", on = "generator", torque = "300 N*m", time_after = "0.2 s"'
+    record = run(change, wanted=EQUIVALENT)
+    natural = build_setup(validate(tomllib.loads(GENSET))).modes.frequency
+    gap = np.abs(natural - value(record, "equivalent/frequency")[0])
+    assert gap.min() < 1e-9 * natural.max()
+    assert natural[np.argmin(gap)] == np.min(natural[natural > 1.0])
+    told = [one for one in record.warnings if "loss factor" in one]
+    assert len(told) == 1 and "'coupling' at 26.96 Hz (natural frequency)" in told[0]
+
+
+@pytest.mark.long
+def test_a_stop_is_a_run_down_without_fuel() -> None:
+    names = ("peak_half_range", "steady_half_range", "peak_half_range_speed")
+    stop = run('kind = "stop", from = "1000 rpm", duration = "1.5 s"', wanted=names)
+    motored = GENSET + 'misfire = ["1", "2", "3"]\nmisfire_kind = "motored"\n'
+    down = 'kind = "run_down", from = "1000 rpm", to = "40 rpm", duration = "1.5 s"'
+    down += ', time_after = "0.1 s"'
+    slowed = run(down, motored, names)
+    first = slice(0, 3)  # whose largest are at the begin
+    for name in names[1:2]:
+        np.testing.assert_allclose(value(stop, name)[first], value(slowed, name)[first], rtol=1e-6)
+    np.testing.assert_allclose(
+        value(stop, names[0])[first], value(slowed, names[0])[first], rtol=0.02
+    )
+    with_fuel = run(down)
+    assert np.all(value(with_fuel, "peak")[first] > 1.01 * value(stop, names[0])[first])
+
+
+def test_a_clutch_from_case_to_report() -> None:
+    change = (
+        'kind = "clutch_in", clutch = "coupling", driven_speed = "100 rpm", '
+        'friction_torque = "6 kN*m", engaging_time = "0.2 s", time_after = "0.6 s", '
+        'counting = { sections = ["coupling"], changes = 1000 }'
+    )
+    result = ran(f"{GENSET}transient = {{ {change} }}\n")
+    case, record = asked(change), result.record
+    line = build_setup(case).shaft.line
+    inertia = np.array([line.inertia.sum() - 1.0, 1.0])
+    speeds = np.array([50.0, 100.0 / 30.0]) * np.pi
+    common = float(inertia @ speeds / inertia.sum())
+    assert value(record, "clutch/common_speed") == pytest.approx(common, rel=1e-12)
+    gap = speeds[0] - speeds[1]
+    rigid = 0.5 * inertia.prod() / inertia.sum() * gap**2
+    # the vibration of both parts changes the heat a little
+    assert value(record, "clutch/heat") == pytest.approx(rigid, rel=0.03)
+    damage, all_of_it = value(record, "counted/damage"), value(record, "counted/damage_of_all")
+    assert all_of_it == pytest.approx(1000.0 * damage, rel=1e-14)
+    text = render_report(result, full=True)
+    for words in ("Clutch coupling engages", "The clutch slips for", "Rainflow cycles"):
+        assert words in text

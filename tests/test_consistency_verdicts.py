@@ -3,7 +3,6 @@
 In conditions of the cylinders a limit is what it is in a case that is in that condition alone.
 """
 
-import tempfile
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dense_curve_line import text, values
+from engine_cases import ran
 from long_but import long_but
 from shipped_cases import ROOT, result_of
 
@@ -43,13 +43,10 @@ COUPLING = (
 @cache
 def line(asked: str) -> Result:
     """The geared line of the dense solves with an elastic coupling in place of the rubber."""
-    plain = "stiffness = 24000.0, damping = 0.0, loss_factor = 0.17 }"
+    plain = "stiffness = 2.4e4, loss_factor = 0.17 }"
     case = text(asked + LIMITS)
     assert plain in case
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "line.toml"
-        path.write_text(case.replace(plain, COUPLING), encoding="utf-8")
-        return execute(load_checked([path])[0])
+    return ran(case.replace(plain, COUPLING))
 
 
 def without_limits(name: str) -> Result:

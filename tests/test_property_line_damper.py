@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from line_damper_samples import RING, TABLE_VALUE, branched, direct, engine, torque_of_parts
+from line_damper_samples import branched, direct, torque_of_parts
 
-from vibecalc.torsion.damper_design.descend import chart
 from vibecalc.torsion.damper_design.design import (
     Design,
     design,
@@ -95,19 +94,6 @@ def test_viscous_damper_is_worse_and_mistuning_is_that_of_direct_solves(
     off = Damper(0.5, tuned.values.stiffness * 0.9, tuned.values.damping * 1.1)
     dense = direct(branched(), off, speed, 200)[:, :-2].max()
     np.testing.assert_allclose(increase[0, 2] * tuned.worst.value, dense, rtol=1e-3)
-
-
-@pytest.mark.long
-def test_the_table_value_of_the_source_is_far_from_the_best_of_its_engine() -> None:
-    problem = engine(orders=12)
-    seen = performance(problem, TABLE_VALUE)
-    found = design(problem, Limits((RING, RING), (1e5, 1e7), (5e2, 5e4)), **QUICK)
-    proves(found, 6)
-    assert 1.2 < seen.reading.value[0] / found.worst.value < 1.6
-    assert found.values.damping > 1.5 * TABLE_VALUE.damping
-    picture = chart(problem, Limits((RING, RING), (1e5, 1e7), (5e2, 5e4)), points=7, speeds=41)
-    assert picture.worst.shape == (1, 7, 7)
-    assert picture.worst.min() > 0.97 * found.worst.value
 
 
 def test_narrow_resonances_between_the_speeds_of_the_grid_are_found() -> None:

@@ -1,14 +1,21 @@
-"""Claim: sums over orders have their true ends, powers balance, resonances and barred ranges lie
-where closed forms put them.
+"""Claim: sums over orders have their true ends, barred ranges lie where closed forms put them;
+errors of shapes hold, and are small, where a mode fades; a gear without load counts the lower one
+of its torques.
 """
 
+import mpmath
 import numpy as np
 import pytest
+from random_engines import random_engine
 
+from vibecalc.core.case.load import validate
+from vibecalc.core.run.run import run_case
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.critical_speeds import barred_ranges
-from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.line import chain, stiffness_matrix
+from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.section_loads import (
     ROWS,
     largest_half_range,
@@ -51,12 +58,6 @@ def test_sums_of_known_ends():
     assert (mean.peak, mean.half_range) == pytest.approx((6.0, 1.0))
 
 
-def half_range(line: Line, speeds, orders):
-    """Of the first element (s, 1), for a torque of one of every order at the first station."""
-    drive = np.ones((len(orders), 1))
-    return largest_half_range(line, orders, lambda s: drive, [0], np.ones(1), speeds)[0][:, None]
-
-
 def test_barred_ranges_end_where_the_closed_form_crosses_its_limit():
     def excess(speed):
         return 1.0 / np.abs(speed - 3.0) - 4.0
@@ -81,3 +82,46 @@ def test_a_masked_speed_has_an_infinite_peak_and_work_is_by_blocks():
     value, error = largest_half_range(line, np.ones(1), torque, [0], np.ones(1), speeds)
     assert asked == [ROWS, 2] and np.isinf(value).tolist() == [*[False] * ROWS, True, False]
     assert error[ROWS] == 0.0
+
+
+def test_errors_of_a_shape_that_fades() -> None:
+    inertia = np.array([1.0, 1.1, 0.9, 1.0, 1.2, 40.0, 3.0, 0.01])
+    line = chain(inertia, np.array([1e6, 1.1e6, 0.9e6, 1e6, 1e6, 3e5, 2e6]))
+    modes = natural_modes(line)
+    shape = with_errors(lambda one: natural_modes(one).shape, line)
+    with mpmath.workdps(40):
+        root = [mpmath.sqrt(mpmath.mpf(j)) for j in inertia.tolist()]
+        matrix = mpmath.matrix(stiffness_matrix(line).tolist())
+        for a in range(8):
+            for b in range(8):
+                matrix[a, b] /= root[a] * root[b]
+        _, vectors = mpmath.eigsy(matrix)
+        true = [[vectors[a, m] / root[a] for a in range(8)] for m in range(8)]
+        rows = []
+        for own, angle in zip(true, modes.shape.tolist(), strict=True):
+            top = int(np.argmax(np.abs(angle)))
+            rows.append(
+                [float(x / own[top] * angle[top] - y) for x, y in zip(own, angle, strict=True)]
+            )
+    error, reported = np.abs(rows)[1:], shape.error[1:]
+    assert np.all(error <= 10.0 * reported)
+    # the first station all but stands still in the highest mode
+    assert abs(modes.shape[-1, 0]) < 1e-9
+    assert reported[-1, 0] < 0.01 * modes.shape_error[-1]
+    twist = with_errors(lambda one: natural_modes(one).shape @ [1.0, -1.0, *6 * [0.0]], line)
+    off = float(twist.error[-1])
+    assert abs(rows[-1][0] - rows[-1][1]) <= 10.0 * off < 0.1 * modes.shape_error[-1]
+
+
+def test_a_gear_without_load_counts_the_lower_torque() -> None:
+    table = random_engine(179)
+    table["response"]["torsion"].pop("speeds", None)
+    record = run_case(validate(table))
+    place = "response/torsion/gear/"
+    mean, half, least = (
+        record[place + name] for name in ("mean_torque", "alternating_torque", "minimum_torque")
+    )
+    assert abs(mean.values[0]) <= mean.error_estimate
+    assert mean.values[1] > 1e3 * mean.error_estimate
+    # the lower one of both ends is at least half a range below zero
+    assert least.values[0] <= -half.values[0] + least.error_estimate

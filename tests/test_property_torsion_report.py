@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from report_samples import quantity
-from torsion_samples import ROOT, ruled, six
+from engine_cases import ENGINE, ran
+from report_samples import golden, quantity
 
 from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.text import render_report
@@ -19,6 +19,18 @@ from vibecalc.core.results.record import Axis, Record, Result
 from vibecalc.torsion.report.first_page import barred, conclusion
 from vibecalc.torsion.report.limits import flags
 from vibecalc.torsion.report.line import within
+
+ROOT = "response/torsion/"
+
+
+LIMIT = """[[response.torsion.limits]]
+curve = { speed = ["800 rpm", "1000 rpm", "1001 rpm", "2000 rpm"], stress = [9e6, 9e6, 99e6, 99e6] }
+"""
+
+
+def three() -> Result:
+    """Three cylinders with a ring in front, over a range of speeds, with a limit."""
+    return ran(ENGINE + LIMIT)
 
 
 def changed(result: Result, **values: Any) -> Result:
@@ -65,8 +77,8 @@ def test_verdicts_follow_the_uses(
         "operating/utilisation": operating,
         "each/passage_utilisation": transient,
     }
-    shape = np.ones_like(six().record[f"{ROOT}limit/each/utilisation"].values)
-    result = changed(six(), **{
+    shape = np.ones_like(three().record[f"{ROOT}limit/each/utilisation"].values)
+    result = changed(three(), **{
         f"limit__{name.replace('/', '__')}": use * shape for name, use in uses.items()
     })  # fmt: skip
     assert flags(result) == [verdict]
@@ -76,11 +88,11 @@ def test_verdicts_follow_the_uses(
 def test_a_limit_on_a_stress_is_told_where_no_rule_bars_speeds() -> None:
     """The page that shows a `[[limit]]` as broken does not say that there is none."""
     largest = f"{ROOT}largest/stress_half_range"
-    case = {**six().case, "limit": [{"quantity": largest, "max": "1 MPa"}]}
+    case = {**three().case, "limit": [{"quantity": largest, "max": "1 MPa"}]}
     kept = Record(quantities={
-        path: one for path, one in six().record.items() if "limit/" not in path
+        path: one for path, one in three().record.items() if "limit/" not in path
     })  # fmt: skip
-    result = replace(six(), case=case, record=kept, verdicts=None)
+    result = replace(three(), case=case, record=kept, verdicts=None)
     said = "The limit on the largest vibratory stress is BROKEN"
     assert conclusion(result).startswith(said)
     told = " ".join(barred(result))
@@ -91,16 +103,17 @@ def test_a_limit_on_a_stress_is_told_where_no_rule_bars_speeds() -> None:
 
 def test_gears_that_hammer_inside_the_range_are_named_with_the_range() -> None:
     """Still in contact at the operating speed is no pass for the range."""
-    hammers = np.zeros_like(ruled().record[ROOT + "speeds/gear_hammers"].values)
+    geared = golden("engine_geared")
+    hammers = np.zeros_like(geared.record[ROOT + "speeds/gear_hammers"].values)
     hammers[1, 20] = 1
     least = {"largest__gear_minimum_torque": [1.0, -1.0]}
-    result = changed(ruled(), gear__hammers=[0, 0], speeds__gear_hammers=hammers, **least)
+    result = changed(geared, gear__hammers=[0, 0], speeds__gear_hammers=hammers, **least)
     for name in ("from", "to", "gear"):
-        result.record.quantities.pop(f"{ROOT}hammering/{name}", None)
+        result.record.quantities.pop(f"{ROOT}hammering/{name}")
     axis = Axis(name="hammering", values=np.array([1]))
     for name, value in (("from", 50.0), ("to", 52.0), ("gear", 2)):
         result.record.add(quantity(f"{ROOT}hammering/{name}", [value], "rad/s", axis))
-    assert "gear hammer in 'wheel - take-off' from 477.5 to 496.6 rpm" in conclusion(result)
+    assert "gear hammer in 'power take-off' from 477.5 to 496.6 rpm" in conclusion(result)
     assert "at the operating speed" not in conclusion(result).split("hammer")[1]
 
 
@@ -117,11 +130,11 @@ def test_a_number_shows_no_digit_that_its_error_hides(
 
 
 def test_what_nothing_damps_is_unbounded_and_said() -> None:
-    worst = np.array(six().record[ROOT + "largest/torque_half_range"].values)
-    worst[5] = np.inf
-    result = changed(six(), largest__torque_half_range=worst)
+    worst = np.array(three().record[ROOT + "largest/torque_half_range"].values)
+    worst[2] = np.inf
+    result = changed(three(), largest__torque_half_range=worst)
     axis = Axis(name="resonance_skipped", values=np.array([1]))
-    for name, value in (("from", 50.0), ("to", 50.1), ("mode", 2), ("order", 3.0)):
+    for name, value in (("from", 50.0), ("to", 50.1), ("mode", 3), ("order", 3.0)):
         result.record.quantities.pop(f"{ROOT}resonances_skipped/{name}")
         result.record.add(quantity(f"{ROOT}resonances_skipped/{name}", [value], "rad/s", axis))
     text = render_report(result, full=True)
@@ -150,7 +163,7 @@ def test_a_damper_without_springs_has_no_row_of_them(stiffness: float, count: in
     record.add(quantity("damper_design/damping", 50.0, "N*m*s/rad"))
     assert sum(one.path == path for one in headline_rows(record)) == count
     told = section(
-        render_report(replace(six(), record=record, verdicts=())), "Design of the damper"
+        render_report(replace(three(), record=record, verdicts=())), "Design of the damper"
     )
     assert sum("stiffness" in line for line in told) == count
     assert sum("damping ratio" in line for line in told) == count

@@ -58,6 +58,22 @@ def network(
     )
 
 
+def ring_on(line: Line, freedom: int, values: tuple[float, float, float, float]) -> Line:
+    """The line with a ring of inertia, stiffness, damping and loss factor on one freedom."""
+    inertia, stiffness, damping, loss = values
+    n = len(line.inertia)
+    return Line(
+        np.append(line.inertia, inertia),
+        np.append(line.absolute_damping, 0.0),
+        np.append(line.ground_stiffness, 0.0),
+        np.append(line.first, freedom),
+        np.append(line.second, n),
+        np.append(line.stiffness, stiffness),
+        np.append(line.damping, damping),
+        np.append(line.loss_factor, loss),
+    )
+
+
 def star(branches: int, length: int, spread: float) -> Line:
     """Equal branches on a hub, but for a relative difference of their stiffnesses."""
     inertia, elements = [3.0], []

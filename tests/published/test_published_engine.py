@@ -5,18 +5,10 @@ come out; three frequencies belong to another damper and one critical speed has 
 import engine_source as source
 import numpy as np
 import pytest
+from engine_page import line_modes
 
 from vibecalc.torsion.line import chain
 from vibecalc.torsion.modes import natural_modes
-
-
-def modes(freedoms, spring=source.DAMPER_STIFFNESS):
-    """Frequencies (n,) and shapes (n, n) by rows, with one at the first station."""
-    if freedoms == 7:
-        found = natural_modes(chain(source.INERTIA, source.STIFFNESS))
-    else:
-        found = natural_modes(chain(source.DAMPED_INERTIA, (spring, *source.STIFFNESS)))
-    return found.frequency, found.shape / found.shape[:, :1]
 
 
 @pytest.mark.parametrize(
@@ -24,7 +16,7 @@ def modes(freedoms, spring=source.DAMPER_STIFFNESS):
     [(7, source.SHAPE_7, 5, 2, 42), (8, source.SHAPE_8, 4, 17, 56)],
 )
 def test_shapes_are_rounded_or_cut_off(freedoms, published, digits, truncated, count):
-    _, shape = modes(freedoms)
+    _, shape = line_modes(freedoms)
     exact, printed, unit = shape[1:], np.array(published[1:]), 10.0**-digits
     assert printed.size == count
     assert np.abs(exact - printed).max() < unit
@@ -36,7 +28,7 @@ def test_shapes_are_rounded_or_cut_off(freedoms, published, digits, truncated, c
 
 def test_shape_of_the_program():
     # not to the last digit of the program, whose frequency was searched less closely
-    assert modes(8)[1][1] == pytest.approx(np.array(source.APPENDIX_VI_SHAPE), abs=2e-12)
+    assert line_modes(8)[1][1] == pytest.approx(np.array(source.APPENDIX_VI_SHAPE), abs=2e-12)
 
 
 def test_damper_inertia_and_stiffness():
@@ -49,13 +41,14 @@ def test_damper_inertia_and_stiffness():
 
 
 def test_captions_name_frequencies_of_another_damper():
-    frequency, _ = modes(8)
+    frequency, _ = line_modes(8)
     for (_, mode), old in source.OLD_FREQUENCY.items():
         # the critical speeds printed next to them are those of the new frequencies
         first = source.CRITICAL_SPEED[8, mode][0]
         assert abs(first - 2.0 * frequency[mode - 1]) < 0.11 < abs(first - 2.0 * old)
     # a softer spring brings the first and lowers the other two, which are printed higher
-    softer, _ = modes(8, 0.9 * source.DAMPER_STIFFNESS)
+    soft = (0.9 * source.DAMPER_STIFFNESS, *source.STIFFNESS)
+    softer = natural_modes(chain(source.DAMPED_INERTIA, soft)).frequency
     assert softer[1] < source.OLD_FREQUENCY[8, 2] < frequency[1]
     for mode in (3, 4):
         assert softer[mode - 1] < frequency[mode - 1] < source.OLD_FREQUENCY[8, mode]
@@ -63,7 +56,7 @@ def test_captions_name_frequencies_of_another_damper():
 
 @pytest.mark.parametrize(("freedoms", "mode"), source.CRITICAL_SPEED)
 def test_critical_speeds(freedoms, mode):
-    frequency, _ = modes(freedoms)
+    frequency, _ = line_modes(freedoms)
     order = np.array(source.CRITICAL_W) / 2.0
     found = frequency[mode - 1] / order
     printed = np.array(source.CRITICAL_SPEED[freedoms, mode])

@@ -16,30 +16,21 @@ from engine_as_published import (
     modes,
     piston_acceleration,
 )
+from engine_page import PROGRAM, RIGHT, excitation, largest_twists
 
 from vibecalc.excitation.cylinder_torque import cylinder_torque
 from vibecalc.excitation.gas_tables import FOUR_STROKE, gas_card
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.as_published import (
     ModalExcitation,
-    modal_excitation,
     modal_twist,
     twist_on_criticals,
 )
 from vibecalc.torsion.from_dimensions import reciprocating_inertia
 
-PROGRAM = {"speed": source.SPEED_OF_PROGRAM, "slip_44": True, "slip_43": True, "phases": 2}
-RIGHT = {"speed": source.SPEED_OF_TEXT}
-
-
-def excitation(freedoms, **case):
-    frequency, shape, inertia = modes(freedoms)
-    torque = full_torque(freedoms, **case)
-    return frequency[1:4], modal_excitation(shape[1:4], frequency[1:4], inertia, torque)
-
 
 def largest(freedoms, **case):
-    _, found = excitation(freedoms, **case)
+    found = excitation(freedoms, **case)
     return tuple((np.argmax(np.abs(found.vector_sum), axis=1) + 1).tolist())
 
 
@@ -102,42 +93,26 @@ def test_largest_intensities_need_the_phase_twice_and_the_other_speed():
     assert largest(8, **RIGHT) == (3, 3, 3)
 
 
-def twists(freedoms, **case):
-    """Largest |twist at t = 0| over the 30 critical speeds, modes 2, 3 and 4."""
-    _, found = excitation(freedoms, **case)
-    if freedoms == 7:
-        # the atan of the source puts every cosine on the side where it is positive
-        given = found.deflection
-        folded = np.abs(given.real) + 1j * given.imag
-        found = found._replace(deflection=folded)
-        total = twist_on_criticals(found, ORDER)[..., -1]
-    else:
-        given = found.deflection
-        folded = np.where(given.real < 0.0, -given, given)
-        total = twist_on_criticals(found._replace(deflection=folded), ORDER, [0.01] * 3)
-        total = total[..., -1]
-    return np.max(np.abs(total), axis=1)
-
-
 def test_twists_of_eight_freedoms_stand_one_figure_late():
-    found = twists(8, **PROGRAM)
+    found = np.array(largest_twists(8, True))
     # 3.6e-3 and 9e-4 are of modes 2 and 3 (figures 4.25, 4.26), printed as 4.26 and 4.27
     assert found[0] == pytest.approx(source.LARGEST_TWIST["4.26"], rel=0.02)
     assert found[1] == pytest.approx(source.LARGEST_TWIST["4.27"], rel=0.005)
     assert found[2] < 1e-5
     # and they owe their size to the phase applied twice and to .01 for every mode (Appendix VI)
-    right = twists(8, **RIGHT)
+    plain = {"speed": source.SPEED_OF_TEXT, "slip_44": False, "slip_43": False, "phases": 1}
+    right = np.array(largest_twists(8, True, **plain))
     assert right == pytest.approx([1.577e-3, 2.751e-4, 1.227e-5], rel=1e-3)
 
 
 def test_twists_of_seven_freedoms_are_not_those_of_their_captions():
-    found = twists(7, **PROGRAM)
+    found = largest_twists(7, True)
     # the caption says mode 2, which is three times as high; 20e-3 is out by a factor of a hundred
     assert found[0] == pytest.approx(5.344e-4, rel=1e-3)
     assert found[0] > 3.0 * source.LARGEST_TWIST["4.16"]
     assert source.LARGEST_TWIST["4.17"] > 100.0 * found[1]
     # nearest: modes 3 and 4 with the slip of eq. 4.3 alone, to 2 percent, and 1e-5 for 1e-3
-    near = twists(7, **{**PROGRAM, "slip_44": False})
+    near = largest_twists(7, True, slip_44=False)
     assert near[1] == pytest.approx(16.25e-5, rel=0.02)
     assert near[2] == pytest.approx(20e-5, rel=0.02)
 
@@ -145,7 +120,7 @@ def test_twists_of_seven_freedoms_are_not_those_of_their_captions():
 def test_twists_after_the_tenth_harmonic():
     """Section 4.4.2.4: "diminishes drastically"; per cent of the largest twist, modes 2 to 4."""
     for freedoms, ratio, shares in ((7, None, [75, 39, 48]), (8, [0.01] * 3, [24, 35, 4])):
-        _, found = excitation(freedoms, **RIGHT)
+        found = excitation(freedoms, **RIGHT)
         twist = np.abs(twist_on_criticals(found, ORDER, ratio)[..., -1])
         late = twist[:, 10:].max(axis=1) / twist.max(axis=1)
         assert np.round(100.0 * late).tolist() == shares
@@ -153,7 +128,7 @@ def test_twists_after_the_tenth_harmonic():
 
 def test_real_part_and_magnitude_have_nearly_one_peak_on_a_critical():
     # said of figures 4.21 to 4.23; true only because the resonant term stands nearly alone there
-    frequency, found = excitation(8, **PROGRAM)
+    frequency, found = modes(8)[0][1:4], excitation(8, **PROGRAM)
     critical = frequency[:, None] / ORDER[2]
     for mode in range(3):
         one = ModalExcitation(*(part[mode : mode + 1] for part in found))

@@ -123,7 +123,7 @@ def run_up_topics(scene: Scene) -> list[Topic]:
         return Answer(peak.value[[row]], float(rows.asked), float(peak.speed[row]))
 
     ask = Ask("largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",
-              "isolation/support_force/run_up_peak", 20.0,
+              "isolation/support_force/run_up_peak", 50.0,
               "all supports, and every resonance, so that no narrow one is missed")  # fmt: skip
     solver = Solver("resonances and peaks", alone)
     return [peak_over_range(ask, solver, curve, ends, known, "crank speed [rad/s]", "speeds")]
