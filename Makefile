@@ -21,14 +21,14 @@ DIST ?= dist
 # another BLAS kernel for `make test-kernel`, or "commit": the one that the commit's hash chooses; and
 # tests of docs, packaging, pictures, reports, files, words and the command line: none hangs on a kernel
 KERNEL ?= commit
-NO_NUMBERS := docs* readme site package examples ci_example *plots *pictures property_paper python \
+NO_NUMBERS := docs* site package examples ci_example *plots *pictures python \
   cli* start_up architecture bad_cases_streams bad_cases_reports bad_cases_cli bad_cases_results \
   property_every_key property_store property_compare property_units property_select golden up_to_date \
-  *_editors *_html *_help *_template *_report *_files *_needs *_said *_saying *_trees *_calculation \
-  *_sweep_assembly *_sweep_cluster *_sweep_chunks *_sweep_pool *_sweep_survival *_verdicts *_migrate \
-  *_json *_progress *_store *_references *_overrides *_locate *_unit_patterns *_thinned_golden \
+  *_editors *_html *_template *_report *_files *_needs *_saying \
+  *_sweep_assembly *_sweep_pool *_sweep_survival *_verdicts *_migrate \
+  *_json *_store *_references *_overrides *_locate \
   bad_cases bad_cases_absorber bad_cases_compressor bad_cases_coupling bad_cases_curves bad_cases_engine \
-  bad_cases_m* bad_cases_plausibility bad_cases_pump bad_cases_roll bad_cases_rows \
+  bad_cases_m* bad_cases_pump bad_cases_roll bad_cases_rows \
   bad_cases_rules bad_cases_sweep* bad_cases_tangential_effort bad_cases_values bad_cases_where*
 # where the commit's hash chooses the kernel, its last digit chooses the eighth that runs of two sorts
 DIGIT = $(if $(filter commit,$(KERNEL)),$(shell git rev-parse HEAD | tail -c 2))

@@ -89,13 +89,13 @@ def _signals(
 
 
 def _starts(rows: Sequence[Sequence[mpc]], orders: Sequence[int]) -> list[float]:
-    """Angles near every maximum that may be the highest: a grid, then Newton in doubles."""
+    """Angles of the maxima that doubles cannot tell from the highest, up to a dozen."""
     values = np.array([[complex(value) for value in row] for row in rows])
     order = np.array(orders)
     angle = np.arange(64 * order.max()) * (2 * np.pi / (64 * order.max()))
     height = np.square((values @ np.exp(1j * np.outer(order, angle))).real).sum(axis=0)
     around = np.maximum(np.roll(height, 1), np.roll(height, -1))
-    chosen = angle[(height >= around) & (height >= 0.98 * height.max())][:12]
+    chosen = angle[(height >= around) & (height >= 0.98 * height.max())]
     for _ in range(4):
         waves = values[:, :, None] * np.exp(1j * np.outer(order, chosen))
         f = waves.real.sum(axis=1)
@@ -103,4 +103,5 @@ def _starts(rows: Sequence[Sequence[mpc]], orders: Sequence[int]) -> list[float]
         bend = -(np.square(order)[:, None] * waves.real).sum(axis=1)
         first, second = (f * slope).sum(axis=0), (slope**2 + f * bend).sum(axis=0)
         chosen = chosen - np.where(second < -1e-9, first / np.where(second < -1e-9, second, 1), 0)
-    return [float(a) for a in chosen]
+    height = np.square((values @ np.exp(1j * np.outer(order, chosen))).real).sum(axis=0)
+    return [float(a) for a in chosen[height >= (1.0 - 1e-13) * height.max()][:12]]

@@ -18,23 +18,23 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from schema_places import Pattern, places
+
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.load import validate
-from vibecalc.core.case.raw import EACH, apply_overrides, parse_key
+from vibecalc.core.case.raw import EACH, apply_overrides, parse_key, set_key
 from vibecalc.core.case.rules import ByKind, Needs, OneOf, Row
 from vibecalc.core.case.walk import Shape, keys_of, shape_of
 from vibecalc.core.run.plan import needs_of
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, KeyPath, Problem, UsageError
-from vibecalc.json_schema import json_schema
 from vibecalc.kinds import KINDS
 from vibecalc.schema import Case
 from vibecalc.unit_table import DIMENSIONS
 
 ROOT = Path(__file__).resolve().parents[1]
 Data = dict[str, Any]
-Pattern = tuple[str, ...]
 
 # ----------------------------------------------------------------------------
 # The places of the schema, for each kind of machine.
@@ -58,48 +58,9 @@ class Aim(NamedTuple):
         return int.from_bytes(hashlib.sha256(str(self).encode()).digest()[:6], "big")
 
 
-class Place(NamedTuple):
-    """A key with its shape and the table that has it."""
-
-    shape: Shape
-    model: type[Table]
-    required: bool
-    default: Any
-
-
-def _having(word: str, part: Any, schema: Any) -> Any:
-    """The form with this word that a part of the schema is, or leads to."""
-    while word not in part:
-        part = schema["$defs"][part["$ref"].split("/")[-1]] if "$ref" in part else part["anyOf"][0]
-    return part
-
-
-def _walk(table: type[Table], above: Pattern, at: Any, schema: Any) -> Iterator[Any]:
-    at = _having("properties", at, schema)
-    for key, field in keys_of(table).items():
-        part = at["properties"].get(key)
-        if not part:
-            continue
-        pattern, shape = (*above, key), shape_of(field)
-        default = field.get_default(call_default_factory=True)
-        yield pattern, Place(shape, table, field.is_required(), default)
-        if shape.table is not None:
-            yield from _walk(shape.table, pattern, part, schema)
-        elif shape.item is not None and shape.item.table is not None:
-            items = _having("items", part, schema)["items"]
-            yield from _walk(shape.item.table, (*pattern, EACH), items, schema)
-
-
-@cache
-def places(kind: str) -> dict[Pattern, Place]:
-    """Every key that a case of this kind of machine may have, by the schema of this kind."""
-    schema = json_schema(kind)
-    return dict(_walk(Case, (), schema, schema))
-
-
 def aims(kind: str) -> Iterator[Aim]:
     """Every optional key, and every value of choices and switches."""
-    for pattern, (shape, _, required, _) in places(kind).items():
+    for pattern, (shape, _, field) in places(kind).items():
         if pattern == ("machine", "kind"):
             continue
         inner = shape.item if shape.item and shape.item.kind == "choice" else shape
@@ -107,7 +68,7 @@ def aims(kind: str) -> Iterator[Aim]:
             yield from (Aim(kind, pattern, value) for value in (True, False))
         elif inner.kind == "choice" and len(inner.choices) > 1:
             yield from (Aim(kind, pattern, value) for value in inner.choices)
-        elif not required:
+        elif not field.is_required():
             yield Aim(kind, pattern)
 
 
@@ -254,11 +215,6 @@ def get(data: Any, path: KeyPath) -> Any:
     return data
 
 
-def put(data: Any, path: KeyPath, value: Any) -> None:
-    """Set a key of a table that is there."""
-    get(data, path[:-1])[path[-1]] = value
-
-
 def drop(data: Any, path: KeyPath) -> bool:
     """Take a key out, or an entry of a list; whether it was there."""
     above = get(data, path[:-1])
@@ -378,7 +334,7 @@ def values(aim: Aim, data: Data, spot: KeyPath) -> Iterator[Any]:
         for one in made(place.shape.item, None, data):
             rising = [scaled(one, 1.0 + 0.1 * row) for row in range(beside[0])]
             yield from (rising, [one] * beside[0])
-    yield from made(place.shape, place.default, data)
+    yield from made(place.shape, place.field.get_default(call_default_factory=True), data)
     if present is not None:
         yield present
 
@@ -479,7 +435,7 @@ def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
                     continue
                 tried.append(value)
                 data = copy.deepcopy(spot[0])
-                put(data, spot[1], copy.deepcopy(value))
+                set_key(data, spot[1], copy.deepcopy(value))
                 lighten(data, aim.pattern)
                 why = settle(data, spot[1], aim.kind)
                 if not why:
@@ -512,7 +468,7 @@ def joined(aim: Aim, data: Data, others: Iterable[Aim]) -> tuple[Data, list[Aim]
         if apart or is_table or there or REFUSED_BESIDE[other] >= _REFUSALS:
             continue
         new = copy.deepcopy(data)
-        put(new, spot, copy.deepcopy(next(values(other, data, spot), None)))
+        set_key(new, spot, copy.deepcopy(next(values(other, data, spot), None)))
         lighten(new, aim.pattern)
         if get(new, spot) is None or problems_of(new):
             REFUSED_BESIDE[other] += 1
@@ -611,7 +567,7 @@ def _made_spots(data: Data, aim: Aim) -> list[tuple[Data, KeyPath]]:
                 else:
                     item = place.shape.item
                     value = [new_table(item.table, new)] if item and item.table else None
-                put(new, spot, value)
+                set_key(new, spot, value)
             if isinstance(get(new, spot), dict):
                 options.append((new, (*spot, aim.pattern[-1])))
     return options
@@ -683,7 +639,7 @@ def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
         known = re.findall(r"'(.*?)'", problem.allowed)
         if known and get(data, path) is not None:
             beside = get(data, path[:-1]) if isinstance(path[-1], int) else ()
-            put(data, path, next((name for name in known if name not in beside), known[0]))
+            set_key(data, path, next((name for name in known if name not in beside), known[0]))
             return
     absent = _ABSENT.match(problem.message)
     if absent and isinstance(place := get(data, path), dict) and ours[: len(path)] != path:
@@ -715,7 +671,7 @@ def _set_as_said(data: Data, problem: Problem, ours: KeyPath) -> bool:
             place = path if path and path[-1] == key else (*path, key)
             if place == ours or get(data, place) in (None, value) or place[-2:] == _KIND:
                 continue
-            put(data, place, value)
+            set_key(data, place, value)
             return True
     return False
 
@@ -736,7 +692,7 @@ def _said(data: Data, problem: Problem, kind: str) -> bool:
 def _needed(path: KeyPath, kind: str) -> bool:
     """Whether a case cannot be without this key."""
     place = places(kind).get(tuple(EACH if isinstance(part, int) else part for part in path))
-    return place is not None and (place.required or path in _EVERY_MACHINE)
+    return place is not None and (place.field.is_required() or path in _EVERY_MACHINE)
 
 
 _EVERY_MACHINE = (("machine", "speed"), ("machine", "crank_train"), ("machine", "shaft_line"))

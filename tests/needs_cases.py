@@ -1,11 +1,12 @@
 """Shipped cases with one optional table less, as the tests of what a scene needs take them."""
 
 import copy
-import tomllib
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from typing import Any
+
+from shipped_cases import CASES, ROOT
+from shipped_cases import table_of as shipped
 
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.load import validate
@@ -13,10 +14,8 @@ from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import VibecalcError
 from vibecalc.schema import Case
 
-FOLDER = Path(__file__).resolve().parents[1] / "cases"
-NAMES = tuple(
-    path.stem for path in sorted(FOLDER.glob("*.toml")) if not path.stem.endswith("_sweep")
-)
+FOLDER = ROOT / "cases"
+NAMES = tuple(name for name in CASES if not name.endswith("_sweep"))
 #: tables that hold the case itself, or hold it against something
 NEVER = (
     "schema",
@@ -40,7 +39,7 @@ Key = tuple[str, ...]
 
 @cache
 def _read(name: str) -> dict[str, Any]:
-    table = tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
+    table = copy.deepcopy(shipped(name))
     assert attach_files(table, FOLDER) == []
     against = () if "fit" in table else ("reference", "reference_table")  # a fit is to these
     for key in (*against, "limit"):

@@ -25,7 +25,7 @@ def quantity(path: str, axes: tuple[Axis, ...] = (), seed: int = 0, **more: Any)
     if more.pop("is_complex", False):
         values = values + 1j * generator.normal(size=values.shape)
     made = Quantity(path=path, values=values, unit="N", long_name=f"{path} in words", axes=axes)
-    return replace(made, error_estimate=1e-13, **more)
+    return replace(made, **{"error_estimate": 1e-13, **more})
 
 
 def result_of(*quantities: Quantity, **more: Any) -> Result:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from refused import hold, refused
+from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case
 from vibecalc.core.results.visible import hidden, visible
@@ -19,6 +20,7 @@ from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import EXIT_USAGE, CaseError, UsageError
 
 FOLDER = Path(__file__).parent / "bad_cases"
+GOOD = CASES["generator"]
 
 MESSAGES = {
     path.stem: lambda _, path=path: refused(path).replace(f"{FOLDER}/", "")
@@ -110,9 +112,8 @@ def test_nasty_bytes(tmp_path: Path, content: bytes, words: str) -> None:
     ],
 )
 def test_overrides_that_cannot_be_applied(override: str, words: str) -> None:
-    good = FOLDER.parent.parent / "cases" / "generator.toml"
     with pytest.raises(UsageError, match=re.escape(words)):
-        load_case(good, [override])
+        load_case(GOOD, [override])
 
 
 def test_a_pipe_and_a_device_are_read_and_nothing_is_waited_for(
@@ -124,7 +125,7 @@ def test_a_pipe_and_a_device_are_read_and_nothing_is_waited_for(
     assert "is a pipe that nobody writes to" in refusal(pipe)
     assert "is larger than 1 MB" in refusal(Path("/dev/zero"))
     assert "is empty" in refusal(Path("/dev/null"))
-    content = (FOLDER.parent.parent / "cases" / "generator.toml").read_bytes()
+    content = GOOD.read_bytes()
     writer = threading.Thread(target=pipe.write_bytes, args=(content,))
     writer.start()
     assert load_case(pipe).text == content.decode()
@@ -136,11 +137,11 @@ HIDING = "\u00ad\u061c\u180e\u200b\u200e\u200f\u202a\u202e\u2060\u2069\ufeff\uff
 
 def test_what_hides_or_moves_text_is_refused() -> None:
     assert [hidden(f"a{character}b") for character in HIDING] == [*HIDING]
-    good, character = FOLDER.parent.parent / "cases" / "generator.toml", HIDING[0]
+    character = HIDING[0]
     with pytest.raises(CaseError, match="title has an unprintable character"):
-        load_case(good, [("title", f"a{character}b")])
+        load_case(GOOD, [("title", f"a{character}b")])
     with pytest.raises(UsageError, match="--set has an unprintable character"):
-        load_case(good, [f"title=a{character}b"])
+        load_case(GOOD, [f"title=a{character}b"])
 
 
 #: Persian, Marathi, an emoji of two joined ones, an Arabic number sign, an ideographic space
@@ -154,6 +155,5 @@ JOINED = (
 
 
 def test_what_joins_letters_is_printed() -> None:
-    good = FOLDER.parent.parent / "cases" / "generator.toml"
-    assert load_case(good, [f"title={JOINED[0]}"]).case.title == JOINED[0]
+    assert load_case(GOOD, [f"title={JOINED[0]}"]).case.title == JOINED[0]
     assert [visible(title) for title in JOINED] == [*JOINED]

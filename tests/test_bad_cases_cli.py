@@ -12,24 +12,9 @@ from pathlib import Path
 
 import pytest
 from fuzzing import command
+from small_case import SMALL
 
 ROOT = Path(__file__).resolve().parents[1]
-SMALL = """\
-schema = 1
-title = "Größe µ 三"
-
-[machine]
-kind = "machine"
-speed = "3000 rpm"
-
-[machine.crank_train]
-crank_radius = "45 mm"
-rod_length = "160 mm"
-reciprocating_mass = "0.5 kg"
-cylinders = [{ name = "1" }]
-
-[excitation]
-"""
 
 
 @pytest.fixture(autouse=True)

@@ -1,37 +1,28 @@
 """Claim: a finished result is never lost, whatever becomes of the words and pictures made of it."""
 
 import json
-import math
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from drawn import coarse
 from fuzzing import command
+from report_samples import generator
 from shipped_cases import CASES
 
 from vibecalc import api
 from vibecalc.core.report import plots
+from vibecalc.core.report.plots import draw_file, draw_files
 from vibecalc.core.report.writing import Column, number, table
-from vibecalc.errors import Defect
+from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.store import write_result
+from vibecalc.errors import Defect, UsageError
 from vibecalc.excitation import report as excitation
 
 GENERATOR = str(CASES["generator"])
-HOLLOW = """\
-schema = 1
-title = "Hollow"
-[machine]
-kind = "drive_train"
-speed = "300 rpm"
-[machine.shaft_line]
-speed_of = "drive"
-stations = [{ name = "drive", inertia = 100 }, { name = "end", inertia = 400 }]
-excitations = [{ on = "end", blades = 4, torques = ["100 N*m"] }]
-[[machine.shaft_line.shafts]]
-name = "hollow"
-section = { outer_diameter = "300 mm", inner_diameter = "180 mm", length = "4 m" } # of 80 GPa
-[response.torsion]
-"""
+ABSORBER = str(CASES["absorber_mass"])
 
 
 @pytest.fixture(autouse=True)
@@ -141,13 +132,12 @@ def test_a_failed_report_is_not_up_to_date(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_one_case_that_fails_does_not_stop_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Be it in its report or while it is computed."""
-    Path("hollow.toml").write_text(HOLLOW, encoding="utf-8")
     for broken in ("report.excitation", "adapter.run_excitation"):
         monkeypatch.setattr(f"vibecalc.excitation.{broken}", _broken)
-        found = command("run", GENERATOR, "hollow.toml", "-q", "-o", "out/")
+        found = command("run", GENERATOR, ABSORBER, "-q", "-o", "out/")
         assert found.code == 70 and "nothing there" in found.err
-        assert Path("out/hollow.txt").exists()
-        Path("out/hollow.txt").unlink()
+        assert Path("out/absorber_mass.txt").exists()
+        Path("out/absorber_mass.txt").unlink()
         _mended(monkeypatch)
 
 
@@ -215,17 +205,6 @@ def test_python_has_the_result_and_its_file(monkeypatch: pytest.MonkeyPatch) -> 
 # ----------------------------------------------------------------------------
 
 
-def test_a_hollow_shaft_is_an_ordinary_case() -> None:
-    """w^2 = k (1/J1 + 1/J2), k = pi G (D^4 - d^4) / (32 L)."""
-    Path("hollow.toml").write_text(HOLLOW, encoding="utf-8")
-    assert command("run", "hollow.toml", "-q", "-o", "one.h5").code == 0
-    assert command("report", "one.h5", "--full").code == 0
-    stiffness = math.pi / 32.0 * 80e9 * (0.3**4 - 0.18**4) / 4.0
-    rate = math.sqrt(stiffness * (1.0 / 100.0 + 1.0 / 400.0))
-    found = api.read("one.h5")["response/torsion/modes/natural_frequency"].values
-    assert max(found) == pytest.approx(rate, rel=1e-12)
-
-
 def test_a_table_that_is_too_wide_goes_on_below() -> None:
     """With the names of its rows, and no number is broken over lines."""
     columns = (Column("name"), *(number(f"column {n}") for n in range(12)))
@@ -238,3 +217,82 @@ def test_a_table_that_is_too_wide_goes_on_below() -> None:
     assert sum(line.startswith("  second") for line in lines) == block.count("name ")
     (block,) = table((Column("size"), number("n")), [["300.125/180.25", "1"]])
     assert "300.125/180.25" in block
+
+
+# ----------------------------------------------------------------------------
+# What stands in the way of a picture is said.
+# ----------------------------------------------------------------------------
+
+
+def test_matplotlib_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(UsageError) as raised:
+        draw_file(generator(), tmp_path)
+    assert "matplotlib" in str(raised.value)
+    assert "pip install 'vibecalc[plot]'" in str(raised.value)
+    assert raised.value.exit_code == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def few() -> Result:
+    """The generator with the numbers of one picture."""
+    record = Record()
+    for quantity in generator().record.values():
+        if quantity.path.startswith("kinematics/"):
+            record.add(quantity)
+    return replace(generator(), record=record)
+
+
+def test_a_folder_that_is_a_file(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    blocked = tmp_path / "pictures"
+    blocked.write_text("not a folder")
+    with pytest.raises(UsageError, match="cannot make the output folder"):
+        draw_file(few(), blocked)
+    assert blocked.read_text() == "not a folder"
+
+
+def test_pictures_of_one_name_are_refused_before_any_is_drawn(tmp_path: Path) -> None:
+    first, second = tmp_path / "one.h5", tmp_path / "other" / "one.h5"
+    with pytest.raises(UsageError, match="same names") as raised:
+        list(draw_files([first, second], tmp_path / "pictures"))
+    assert "two folders" in str(raised.value)
+    assert not (tmp_path / "pictures").exists()
+
+
+def test_two_results_of_one_case_nearby_each_other(tmp_path: Path) -> None:
+    """The file gives its pictures their names, not the case that both were made from."""
+    pytest.importorskip("matplotlib")
+    paths = [tmp_path / "before.h5", tmp_path / "after.h5"]
+    for path in paths:
+        write_result(few(), path)
+    drawn = [picture for _, pictures in draw_files(paths, None) for picture in pictures]
+    assert len(set(drawn)) == len(drawn) > 0
+    assert {picture.name.partition("_")[0] for picture in drawn} == {"before", "after"}
+
+
+def test_a_failed_picture_leaves_the_old_one(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    agg = pytest.importorskip("matplotlib.backends.backend_agg")
+    path = tmp_path / "one.h5"
+    write_result(few(), path)
+    ((_, pictures),) = draw_files([path], None)
+    before = {picture: picture.read_bytes() for picture in pictures}
+
+    def half(self: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(agg.FigureCanvasAgg, "draw", half)
+    with pytest.raises(KeyboardInterrupt):
+        list(draw_files([path], None))
+    assert {picture: picture.read_bytes() for picture in tmp_path.glob("*.png")} == before
+
+
+def test_nothing_to_draw_is_said(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "scalars.h5"
+    write_result(replace(generator(), record=Record()), path)
+    printed = command("plot", str(path))
+    assert printed.out == ""
+    assert printed.err == f"{path}: nothing to draw, it holds no curve or map\n"

@@ -2,16 +2,19 @@
 
 import json
 import math
+import shutil
 import tomllib
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
 from engine_cases import CRANK, ENGINE, GEARED, ran
 from mounted_sets import tables
-from refused import changed, problems_of, refusals, said_of, with_keys
+from refused import changed, problems_of, refusal, refusals, said_of, with_keys
 from shipped_cases import CASES
+from stock_cases import BASE, PICKED, ROBUST
 
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.run.machine_checks import machine_warnings
@@ -50,6 +53,15 @@ OF_TEXTS: dict[str, Callable[[str], str]] = {
     "bearing_loads": lambda case: CASES[BEARINGS[case]].read_text(encoding="utf-8"),
     "limits": lambda case: LIMITED[case],
 }
+#: table of rows -> text of a case in a file, with a record next to it
+MASS_BY = '{ key = "machine.body.mass", half_width = "10 %" }'
+IN_FILES = {
+    "choices": BASE + PICKED,
+    "fit": CASES["generator_mount_fit"].read_text(encoding="utf-8"),
+    "records": CASES["roll_records"].read_text(encoding="utf-8"),
+    "robust": BASE
+    + ROBUST.replace("QUANTITY", "isolation/pitch/stiffness").replace("TOLERANCES", MASS_BY),
+}
 #: of these other problems may come first: they name files that lie elsewhere
 NOT_FIRST = ("bearing_loads",)
 #: what another kind of machine lacks is said at several of its tables
@@ -71,6 +83,16 @@ def test_refused_at_its_key(table: str) -> None:
         said = " ".join(map(said_of, found if table in AT_SEVERAL else there))
         assert [word for word in words if word not in said] == [], (change, said)
         assert len({(one.path, one.message) for one in found}) == len(found)
+
+
+@pytest.mark.parametrize("table", IN_FILES)
+def test_refused_in_its_file(table: str, tmp_path: Path) -> None:
+    shutil.copy(CASES["roll_records"].with_suffix(".csv"), tmp_path)
+    for row in refusals(table):
+        _, change, place, words = row.values
+        said = refusal(tmp_path, "case", changed(IN_FILES[table], change))
+        expected = (*words, *([place] if place != "-" else []))
+        assert [word for word in expected if word not in said] == [], (change, said)
 
 
 @pytest.mark.parametrize("table", OF_TABLES)

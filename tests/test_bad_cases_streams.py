@@ -7,7 +7,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from long_but import long_but
@@ -52,35 +54,39 @@ def _name(arguments: list[str]) -> str:
     return " ".join(Path(one).name for one in arguments)
 
 
-def _to_a_closed_pipe(
-    arguments: list[str], folder: Path, **environment: str
-) -> subprocess.CompletedProcess[str]:
-    reading, writing = os.pipe()
-    os.close(reading)
-    ended = subprocess.run(
-        [*PROGRAM, *arguments], stdout=writing, stderr=subprocess.PIPE, text=True, check=False,
-        cwd=folder, env={**os.environ, **environment},
-    )  # fmt: skip
+def ended(words: Sequence[str], folder: Path, **streams: Any) -> "subprocess.CompletedProcess[str]":
+    """A command that has come to its end in a folder, with what it said on all other streams."""
+    kept = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | streams
+    return subprocess.run(words, text=True, check=False, cwd=folder, **kept)
+
+
+@contextlib.contextmanager
+def sink(kind: str) -> Iterator[int]:
+    """An output that takes nothing: a full device, or a pipe without a reader."""
+    if kind == "full":
+        writing = os.open("/dev/full", os.O_WRONLY)
+    else:
+        reading, writing = os.pipe()
+        os.close(reading)
+    yield writing
     os.close(writing)
-    return ended
 
 
-@pytest.mark.parametrize("arguments", long_but(PRINTING, ["report", RESULT]), ids=_name)
-def test_a_full_device(arguments: list[str], tmp_path: Path) -> None:
-    with open("/dev/full", "w") as full:
-        ended = subprocess.run(
-            [*PROGRAM, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, check=False,
-            cwd=tmp_path,
-        )  # fmt: skip
-    assert ended.returncode == 2
-    assert ended.stderr == "error: cannot write to standard output: no space left on device\n"
+SINKS = {"full": (2, "no space left on device"), "closed": (130, "it was closed by its reader")}
+INTO = [(kind, arguments) for kind in SINKS for arguments in PRINTING]
 
 
-@pytest.mark.parametrize("arguments", long_but(PRINTING, ["run", GENERATOR]), ids=_name)
-def test_a_closed_pipe(arguments: list[str], tmp_path: Path) -> None:
-    ended = _to_a_closed_pipe(arguments, tmp_path)
-    assert ended.returncode == 130
-    assert ended.stderr == "error: cannot write to standard output: it was closed by its reader\n"
+@pytest.mark.parametrize(
+    "into", long_but(INTO, ("full", ["report", RESULT]), ("closed", ["run", GENERATOR])),
+    ids=lambda into: f"{into[0]} {_name(into[1])}",
+)  # fmt: skip
+def test_an_output_that_takes_no_more(into: tuple[str, list[str]], tmp_path: Path) -> None:
+    kind, arguments = into
+    with sink(kind) as writing:
+        done = ended([*PROGRAM, *arguments], tmp_path, stdout=writing)
+    code, why = SINKS[kind]
+    assert done.returncode == code
+    assert done.stderr == f"error: cannot write to standard output: {why}\n"
     written = (tmp_path / "outputs" / "generator.txt").is_file()
     assert written == (arguments == ["run", GENERATOR])
 
@@ -93,10 +99,9 @@ def test_a_closed_pipe(arguments: list[str], tmp_path: Path) -> None:
     ),
     ids=" ".join,
 )
-def test_a_full_stderr_changes_no_exit_code(arguments: list[str]) -> None:
-    with open("/dev/full", "w") as full:
-        ended = subprocess.run([*PROGRAM, *arguments], stderr=full, check=False)
-    assert ended.returncode == 2
+def test_a_full_stderr_changes_no_exit_code(arguments: list[str], tmp_path: Path) -> None:
+    with sink("full") as full:
+        assert ended([*PROGRAM, *arguments], tmp_path, stderr=full).returncode == 2
 
 
 @pytest.mark.parametrize(
@@ -142,12 +147,10 @@ def _struck(folder: Path, module: str, arguments: list[str], came: str, then: st
     code = INTERRUPTED.format(module=module, came=came, then=THEN[then])
     (before / "sitecustomize.py").write_text(code)
     # Python ends a module that it runs by the signal where it thinks that nobody met it
-    ended = subprocess.run(
-        [*PROGRAM, *arguments], env=os.environ | {"PYTHONPATH": str(before)},
-        capture_output=True, text=True, check=False, cwd=work,
-    )  # fmt: skip
-    assert ended.returncode == 130, ended.stderr
-    assert ended.stderr == "interrupted: no half-written file is left behind\n"
+    around = os.environ | {"PYTHONPATH": str(before)}
+    done = ended([*PROGRAM, *arguments], work, env=around)
+    assert done.returncode == 130, done.stderr
+    assert done.stderr == "interrupted: no half-written file is left behind\n"
     assert not list(work.iterdir())
 
 
@@ -157,38 +160,26 @@ CLOSED = ("<&-", ">&-", "2>&-", "<&- >&- 2>&-")
 @pytest.mark.parametrize("closed", long_but(CLOSED, CLOSED[-1]))
 def test_a_closed_stream_changes_neither_files_nor_exit_code(closed: str, tmp_path: Path) -> None:
     program = f"{sys.executable} -m vibecalc"
-    ended = subprocess.run(
-        ["sh", "-c", f"exec {program} run {GENERATOR} {closed}"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert (ended.returncode, ended.stderr) == (0, "")
+    done = ended(["sh", "-c", f"exec {program} run {GENERATOR} {closed}"], tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
     written = tmp_path / "outputs"
     assert sorted(one.name for one in written.iterdir()) == ["generator.h5", "generator.txt"]
     assert read_result(written / "generator.h5").name == "generator"
-    ended = subprocess.run(
-        ["sh", "-c", f"exec {program} check none.toml {closed}"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert ended.returncode == 2
+    assert ended(["sh", "-c", f"exec {program} check none.toml {closed}"], tmp_path).returncode == 2
 
 
 def test_a_closed_stdin_is_an_empty_case(tmp_path: Path) -> None:
-    ended = subprocess.run(
-        ["sh", "-c", f"exec {sys.executable} -m vibecalc check - <&-"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert ended.returncode == 2
-    assert ended.stderr.startswith("error: <stdin> is empty")
+    done = ended(["sh", "-c", f"exec {sys.executable} -m vibecalc check - <&-"], tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: <stdin> is empty")
 
 
 def test_a_case_from_a_pipe(tmp_path: Path) -> None:
     """As `vibecalc run <(command)` hands one over; no such result is up to date."""
+    command = f"{sys.executable} -m vibecalc run --if-needed <(cat {GENERATOR})"
     for _ in range(2):
-        ended = subprocess.run(
-            ["bash", "-c", f"{sys.executable} -m vibecalc run --if-needed <(cat {GENERATOR})"],
-            cwd=tmp_path, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        assert ended.returncode == 0 and "Three-cylinder generator" in ended.stdout
+        done = ended(["bash", "-c", command], tmp_path)
+        assert done.returncode == 0 and "Three-cylinder generator" in done.stdout
 
 
 def spoken(folder: Path, *arguments: str | bytes, code: int = 0) -> str:
@@ -221,19 +212,20 @@ def _of_folder(folder: Path) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    long_but(
-        [
-            ["sweep", GENERATOR, "--grid", "machine.speed=400 rpm:5000 rpm:200000", "-j", "2"],
-            ["accuracy", GENERATOR],
-        ],
-        ["sweep", GENERATOR, "--grid", "machine.speed=400 rpm:5000 rpm:200000", "-j", "2"],
-    ),
-    ids=lambda one: one[0],
+#: commands that would work for minutes
+LONG_WORK = (
+    ["sweep", GENERATOR, "--grid", "machine.speed=400 rpm:5000 rpm:200000", "-j", "2"],
+    ["run", str(CASES / "generator_mount_design.toml"), "--set", "optimisation.starts=900"],
+    ["accuracy", GENERATOR],
 )
+
+
+@pytest.mark.parametrize("arguments", long_but(LONG_WORK, *LONG_WORK[:2]), ids=lambda one: one[0])
 def test_a_signal_in_the_middle(arguments: list[str], tmp_path: Path) -> None:
     """One line, the code of an interruption, and no process, lock or unfinished file after it."""
+    if arguments[0] == "run":
+        (tmp_path / "old.h5").write_bytes(b"the old result")
+        arguments = [*arguments, "-o", "old.h5"]
     started = subprocess.Popen(
         [*PROGRAM, *arguments, "-v"], cwd=tmp_path, stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE, text=True,
@@ -248,5 +240,5 @@ def test_a_signal_in_the_middle(arguments: list[str], tmp_path: Path) -> None:
     assert started.returncode == 130, words
     assert "Traceback" not in words and "interrupted" in words
     assert not _of_folder(tmp_path)
-    left = [one.name for one in tmp_path.rglob("*") if one.suffix in (".tmp", ".lock", ".h5")]
-    assert left == []
+    left = [one for one in tmp_path.rglob("*") if one.suffix in (".tmp", ".lock", ".h5")]
+    assert [one.read_bytes() for one in left] == [b"the old result"] * (arguments[0] == "run")

@@ -4,10 +4,12 @@ What only the run can tell is reported after it, names the row and costs no resu
 """
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
 from fuzzing import command
+from refused import said_of
 
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import load_case
@@ -201,3 +203,48 @@ def test_names_of_a_tuning_are_known_before_the_run(
     text = re.sub(r"(?ms)^\[\[(reference|limit).*", "", (CASES / "absorber.toml").read_text())
     case = load_case(written(tmp_path, text, path, f'{axis} = "none"')).case
     assert [problem.allowed for problem in check_targets(case)] == [allowed]
+
+
+# ----------------------------------------------------------------------------
+# Modes, peaks and keys that no machine of the kind has.
+# ----------------------------------------------------------------------------
+
+MODES = "response/torsion/modes/natural_frequency"
+SHAFT = "a shaft line has at most one mode for each station and each damper"
+
+
+@pytest.mark.parametrize(
+    ("case", "quantity", "axis", "entry", "allowed"),
+    [
+        ("engine_undamped", MODES, "mode", 3000, SHAFT),
+        ("engine_undamped", MODES, "mode", 0.15, SHAFT),
+        ("engine_undamped", MODES, "mode", 0, SHAFT),
+        ("engine_damped", "response/torsion/peak/speed", "peak", 0.5, "1, 2, 3"),
+        ("compressor", "response/modes/natural_frequency", "mode", 7, "6 degrees of freedom"),
+    ],
+)  # fmt: skip
+def test_a_mode_that_no_machine_of_the_kind_has(
+    case: str, quantity: str, axis: str, entry: float, allowed: str, tmp_path: Path
+) -> None:
+    for table in CASES.glob("*.csv"):
+        shutil.copy(table, tmp_path)
+    text = (CASES / f"{case}.toml").read_text(encoding="utf-8")
+    for number, problems in ((entry, 1), (2, 0)):
+        path = written(tmp_path, text, quantity, f"{axis} = {number}", '"1 rad/s"')
+        found = check_targets(load_case(path).case)
+        assert len(found) == problems
+        for one in found:
+            assert f"asks for a {axis} that {quantity} lacks" in one.message
+            assert one.found == f"{axis} = {number}" and allowed in said_of(one)
+
+
+def test_ten_thousand_unknown_keys_are_counted(tmp_path: Path) -> None:
+    """All of them; the nearest known keys are looked for where the first ones are."""
+    path = tmp_path / "case.toml"
+    keys = "".join(f"sped{number} = 1\n" for number in range(10_000))
+    text = GENERATOR.read_text(encoding="utf-8")
+    path.write_text(text.replace("[machine]\n", f"[machine]\n{keys}", 1), encoding="utf-8")
+    with pytest.raises(CaseError) as raised:
+        load_checked([path], ())
+    assert len(raised.value.problems) == 10_000
+    assert str(raised.value).count("did you mean 'speed'?") == 10

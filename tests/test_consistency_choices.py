@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from refused import changed, refusals, refused
 from stock_cases import BASE, DISTANCE, PICKED
 
 from vibecalc.core.report.text import render_report
@@ -169,15 +168,6 @@ variables ="""
     assert np.min(found[:, 1]) == pytest.approx(110.0 * GRAVITY / (4 * 140e3), rel=1e-12)
     said = render_report(result, full=True)
     assert "no objective improves without another getting worse" in said and "soft" in said
-
-
-@pytest.mark.parametrize(("case", "change", "place", "words"), refusals("choices"))
-def test_refused(tmp_path: Path, case: str, change: str, place: str, words: list[str]) -> None:
-    path = tmp_path / "case.toml"
-    path.write_text(changed(BASE + PICKED, change), encoding="utf-8")
-    said = refused(path)
-    for word in (place, *words):
-        assert word in said, said
 
 
 def test_no_combination_keeps_the_limits(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from typing import Any
 import jsonschema
 import pytest
 from long_but import long_but
-from pydantic.fields import FieldInfo
+from schema_places import keys, places
 from shipped_cases import CASES, table_of
 
 from vibecalc.cli.editors import schema_name, schema_text, with_directive, write_schema
@@ -24,11 +24,9 @@ from vibecalc.cli.starters import scenes, starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import EACH, Data, get_key
 from vibecalc.core.case.rules import cross_check
-from vibecalc.core.case.walk import keys_of, shape_of
 from vibecalc.errors import CaseError, KeyPath
 from vibecalc.json_schema import json_schema
 from vibecalc.kinds import KINDS, MACHINE, TRAIN
-from vibecalc.schema import Case
 
 STARTERS = {scene: tomllib.loads(starter(scene)) for scene in scenes()}
 
@@ -146,22 +144,6 @@ def told(key: dict[str, Any]) -> str:
     return text
 
 
-def descriptions(
-    table: type, path: KeyPath, seen: set[type]
-) -> Iterator[tuple[str, FieldInfo, str]]:
-    """Each key of the tables of a case, with its field and what the schema says of it."""
-    seen.add(table)
-    found = table_in(schema_of(""), path)["properties"]
-    for key, field in keys_of(table).items():
-        shape = shape_of(field)
-        below = shape.table or (shape.item.table if shape.item else None)
-        if below is None:
-            yield key, field, told(found[key])
-        elif below not in seen:
-            place = (*path, key) if shape.table else (*path, key, EACH)
-            yield from descriptions(below, place, seen)
-
-
 def test_hovers_end_with_the_unit_beside_bounds_and_default() -> None:
     train = table_in(schema_of(""), TRAIN)["properties"]
     assert train["crank_radius"]["description"] == "half the stroke [m]"
@@ -169,13 +151,13 @@ def test_hovers_end_with_the_unit_beside_bounds_and_default() -> None:
     assert train["axis"]["enum"] == ["x", "y", "z"] and train["axis"]["default"] == "x"
     assert schema_of("")["$defs"]["unit_m"]["examples"] == ["0.2 m", "200 mm"]
     numbers = 0
-    for key, field, text in descriptions(Case, (), set()):
-        number = shape = shape_of(field)
-        while number.item:
-            number = number.item
-        about = f"{field.description} [{number.unit}]" if number.unit else field.description
-        assert text == about or text.startswith(f"{about}\n"), key
-        numbers += shape.kind == "number"
+    for (_, key), pattern in keys().items():
+        (shape, _, field), number = places()[pattern], places()[pattern].innermost
+        if number.table is None:
+            text = told(table_in(schema_of(""), pattern[:-1])["properties"][key])
+            about = f"{field.description} [{number.unit}]" if number.unit else field.description
+            assert text == about or text.startswith(f"{about}\n"), key
+            numbers += shape.kind == "number"
     assert numbers > 150
 
 

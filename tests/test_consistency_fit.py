@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fit_cases import CASE, POINTS, TRUTH, measured, text_with
-from refused import changed, refusal, refusals, refused
+from refused import refused
 
 from vibecalc.core.report.fit_pictures import draw_fit
 from vibecalc.core.report.text import render_report
@@ -166,13 +166,6 @@ def test_stiffness_and_inertia_are_not_told_apart_by_frequencies(tmp_path: Path)
         for one in record.warnings
     )
     assert np.isinf(record["fit/standard_error/machine.body.inertia[1]"].values)
-
-
-@pytest.mark.parametrize(("case", "change", "place", "words"), refusals("fit"))
-def test_refused(case: str, change: str, place: str, words: list[str], tmp_path: Path) -> None:
-    assert case == "fit"
-    said = refusal(tmp_path, "case", changed(CASE.read_text(encoding="utf-8"), change))
-    assert all(word in said for word in (*words, *([place] if place != "-" else []))), said
 
 
 @pytest.mark.long

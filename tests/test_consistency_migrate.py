@@ -6,18 +6,17 @@ tomllib, is the renamed tables of the text as it was.
 
 import json
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import h5py
 import pytest
 from fuzzing import command
+from schema_places import places
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case
 from vibecalc.core.case.migrate import migrate
-from vibecalc.core.case.walk import Shape, keys_of, shape_of
+from vibecalc.core.case.raw import EACH
 from vibecalc.core.results.compare import compare
 from vibecalc.core.results.renamed import (
     AXES,
@@ -34,8 +33,7 @@ from vibecalc.core.results.renamed import (
 )
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.verdicts import as_objects, from_objects, verdicts_of
-from vibecalc.errors import CaseError, KeyPath, dotted
-from vibecalc.schema import Case
+from vibecalc.errors import CaseError, dotted
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
 OLD = """# a machine of before
@@ -57,18 +55,11 @@ source = "half_order of the stroke, machine.crank_train.stroke to the left"
 """
 
 
-def places(table: type[Any] = Case, above: KeyPath = ()) -> Iterator[tuple[KeyPath, Shape]]:
-    """Every key of the schema, positions in lists left out, and what may stand there."""
-    for key, field in keys_of(table).items():
-        shape = shape_of(field)
-        yield (*above, key), shape
-        while shape.item is not None:
-            shape = shape.item
-        if shape.table is not None:
-            yield from places(shape.table, (*above, key))
-
-
-PLACES = dict(places())
+#: what may stand at each key of the schema, positions in lists left out
+PLACES = {
+    tuple(part for part in pattern if part != EACH): place.shape
+    for pattern, place in places().items()
+}
 
 
 @pytest.mark.parametrize("old", KEYS)

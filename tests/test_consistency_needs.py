@@ -58,16 +58,6 @@ FEW = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "name", long_but([name for name in NAMES if (GOLDEN / f"{name}.h5").is_file()], *FEW)
-)
-def test_harmonics_of_every_golden_result_are_those_said(name: str) -> None:
-    case = case_of(table_of(name))
-    assert case is not None
-    golden = read_result(GOLDEN / f"{name}.h5")
-    assert list(harmonic_differences(needs_of(case), golden)) == []
-
-
 #: axes with names that only a run knows
 FOUND_BY_RUNS = {
     *("candidate", "further", "reading", "signal", "bound", "motor_parameter", "parameter"),
@@ -78,11 +68,12 @@ FOUND_BY_RUNS = {
 @pytest.mark.parametrize(
     "name", long_but([name for name in NAMES if (GOLDEN / f"{name}.h5").is_file()], *FEW)
 )
-def test_names_of_every_golden_result_are_those_known_before(name: str) -> None:
-    case = case_of(table_of(name))
+def test_harmonics_and_names_of_every_golden_result_are_known_before(name: str) -> None:
+    case, golden = case_of(table_of(name)), read_result(GOLDEN / f"{name}.h5")
     assert case is not None
+    assert list(harmonic_differences(needs_of(case), golden)) == []
     entries = KnownEntries(case)
-    for path, quantity in read_result(GOLDEN / f"{name}.h5").record.items():
+    for path, quantity in golden.record.items():
         for axis in quantity.axes if path.removeprefix(AT_START) in OWNER else ():
             texts = [one for one in axis.values.tolist() if isinstance(one, str)]
             if texts and axis.name not in FOUND_BY_RUNS:

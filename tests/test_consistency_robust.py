@@ -1,13 +1,13 @@
 """Claim: mean and deviation over tolerances are those of the machines within them, and the optimum
-is that of mean plus deviations.
+is that of mean plus deviations; slopes, deviations and a front are those of the changed cases.
 """
 
+import re
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from refused import changed, refusals, refused
 from shipped_cases import CASES
 from stock_cases import BASE, ROBUST
 from test_consistency_choices import run
@@ -15,13 +15,14 @@ from test_consistency_choices import run
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.case.raw import case_at
 from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Result
 from vibecalc.core.results.store import read_result
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study import scatter as scatter_module
 from vibecalc.core.study.binding import Binding
-from vibecalc.core.study.execute import load_checked
+from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.core.study.scatter import scatter_of
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import CaseError, NumericalFailure
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
 GRAVITY, MASS = 9.80665, 120.0
@@ -119,15 +120,6 @@ def test_the_shipped_stock() -> None:
     assert float(found.values) == pytest.approx(x, rel=1e-8)
 
 
-@pytest.mark.parametrize(("case", "change", "place", "words"), refusals("robust"))
-def test_refused(tmp_path: Path, case: str, change: str, place: str, words: list[str]) -> None:
-    path = tmp_path / "case.toml"
-    path.write_text(changed(text("isolation/pitch/stiffness", MASS_BY), change), encoding="utf-8")
-    said = refused(path)
-    for word in (place, *words):
-        assert word in said, said
-
-
 #: an absorber whose spring and damper are sought for the least of its two peaks
 ABSORBER = """schema = 1
 title = "absorber"
@@ -183,3 +175,98 @@ def test_the_least_of_two_peaks_is_the_tuning_in_closed_form(tmp_path: Path) -> 
         there = float(tuned[f"tuning/{name}"].values)
         assert abs(float(sought.values) - there) <= 2.0 * sought.error_estimate + 1e-12
     assert int(found["optimisation/evaluations"].values) < 500
+
+
+# ----------------------------------------------------------------------------
+# Slopes, deviations and a front are those of the changed cases.
+# ----------------------------------------------------------------------------
+
+CASE = CASES["generator_mount_design"]
+ROOT = "optimisation"
+DAMPING = "machine.mounts.each.damping"
+ASKED = """
+starts = 1
+sensitivity = "both"
+second_objective = { quantity = "isolation/support_force/steady_peak" }
+front_points = 3
+"""
+
+
+def mount_design(folder: Path, extra: str) -> Path:
+    """The mount design without its run-up, two variables only, and what else is asked for."""
+    text = CASE.read_text(encoding="utf-8").split("[[limit]]")[0]
+    kept = [line for line in text.split("\n") if "run_up" not in line and "block.mass" not in line]
+    limit = '\n[[limit]]\nquantity = "isolation/support_force/steady_peak"\nmax = "100 N"\n'
+    path = folder / "study.toml"
+    path.write_text("\n".join(kept) + extra + limit, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    return execute(load_checked([mount_design(tmp_path_factory.mktemp("study"), ASKED)])[0])
+
+
+def test_slopes_are_those_of_the_case(study: Result) -> None:
+    """The sag is M g / (4 k): far above resonance it is nearly all of the objective."""
+    slope = study.record[f"{ROOT}/sensitivity/{STIFFNESS}"]
+    assert list(slope.axes[0].values) == ["start", "optimum"]
+    assert slope.unit == "m/(N/m)"
+    assert slope.values[0] == pytest.approx(-100 * 9.81 / (4 * 1e4**2), rel=2e-3)
+    gain = float(study.record[f"{ROOT}/gain"].values)
+    start = float(np.max(study.record[f"{ROOT}/start/isolation/support_displacement/total"].values))
+    assert gain == pytest.approx(start - float(study.record[f"{ROOT}/objective"].values), rel=1e-12)
+
+
+def test_deviation_is_a_run_of_the_changed_case(study: Result, tmp_path: Path) -> None:
+    record = study.record
+    size = float(record[f"{ROOT}/deviation/size/{STIFFNESS}"].values)
+    assert abs(size) == pytest.approx(0.01 * (500e3 - 2e3))
+    optimum = {key: float(record[f"{ROOT}/variable/{key}"].values) for key in (STIFFNESS, DAMPING)}
+    settings = [f"{STIFFNESS}={optimum[STIFFNESS] + size!r}", f"{DAMPING}={optimum[DAMPING]!r}"]
+    text = mount_design(tmp_path, "").read_text(encoding="utf-8")
+    alone = re.sub(r"\[optimisation\].*?\n(?=\n\[\[limit)", "", text, flags=re.DOTALL)
+    (tmp_path / "alone.toml").write_text(alone, encoding="utf-8")
+    moved = execute(load_checked([tmp_path / "alone.toml"], settings)[0]).record
+    there = float(np.max(moved["isolation/support_displacement/total"].values))
+    loss = record[f"{ROOT}/deviation/loss/{STIFFNESS}"]
+    here = float(record[f"{ROOT}/objective"].values)
+    assert abs(float(loss.values) - (there - here)) <= loss.error_estimate + 1e-15
+
+
+def test_front_begins_at_the_optimum(study: Result) -> None:
+    record = study.record
+    first, second = (
+        record[f"{ROOT}/front/{name}"].values for name in ("objective", "second_objective")
+    )
+    assert first.size == 3
+    assert first[0] == pytest.approx(float(record[f"{ROOT}/objective"].values), rel=1e-9)
+    assert second[0] == pytest.approx(100.0, rel=1e-9)
+    assert np.all(np.diff(first) > 0) and np.all(np.diff(second) < 0)
+    assert record[f"{ROOT}/front/variable/{STIFFNESS}"].values[0] == pytest.approx(
+        float(record[f"{ROOT}/variable/{STIFFNESS}"].values), rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("extra", "words"),
+    [
+        ("front_points = 5\n", "a front needs a second objective"),
+        (
+            'second_objective = { quantity = "isolation/support_displacement/total" }\n',
+            "the same as the first",
+        ),
+        ('second_objective = { quantity = "isolation/nothing" }\n', "isolation/nothing"),
+        (
+            'second_objective = { quantity = "isolation/pitch/inertia", where = { order = 1 } }\n',
+            "has no axis 'order'",
+        ),
+        ('compare = ["nelder_mead"]\n', "leave out method and compare"),
+        ('method = "hooke_jeeves"\n', "leave out method and compare"),
+        ('sensitivity = "everywhere"\n', "everywhere"),
+    ],
+)
+def test_what_cannot_be_meant_is_said(tmp_path: Path, extra: str, words: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        load_checked([mount_design(tmp_path, extra)])
+    assert words in str(caught.value)

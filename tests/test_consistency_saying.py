@@ -1,18 +1,27 @@
-"""Claim: `--quiet`, `--verbose` and `--json` are the same for all commands; colours add no word."""
+"""Claim: `--quiet`, `--verbose` and `--json` are the same for all commands, colours add no word,
+help has examples that work, a shell is offered what there is, a long run says what it is at.
+"""
 
 import io
 import json
 import re
+import shlex
+import shutil
 import sys
+import time
 from pathlib import Path
 
 import h5py
 import pytest
 from fuzzing import command
 from shipped_cases import CASES, ROOT
+from typer._completion_classes import BashComplete
 
 from vibecalc.cli.colours import coloured
 from vibecalc.cli.commands import app
+from vibecalc.cli.examples import EXAMPLES
+from vibecalc.core.study import variables as progress
+from vibecalc.errors import EXIT_CODES
 
 NAMES = [str(one.name or one.callback.__name__) for one in app.registered_commands if one.callback]
 GOLDEN = ROOT / "tests" / "golden"
@@ -158,3 +167,132 @@ def test_colours_are_where_they_are_wanted_and_change_no_word(
         shown = coloured(text)
         assert (shown != text) == wanted
         assert re.sub(r"\x1b\[[\d;]*m", "", shown) == text
+
+
+# ----------------------------------------------------------------------------
+# What a long run is at.
+# ----------------------------------------------------------------------------
+
+
+class _Screen(io.StringIO):
+    def __init__(self, is_terminal: bool) -> None:
+        super().__init__()
+        self.is_terminal = is_terminal
+
+    def isatty(self) -> bool:
+        return self.is_terminal
+
+
+def _shown(monkeypatch: pytest.MonkeyPatch, screen: _Screen, seconds: float, wanted: bool) -> str:
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(progress, "_QUIET", 0.02)
+    monkeypatch.setattr(progress, "_STEP", 0.01)
+    with progress.telling(wanted) as tell:
+        tell("start-up")
+        time.sleep(seconds)
+    return screen.getvalue()
+
+
+def test_a_long_run_names_its_stage_and_wipes_the_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = _shown(monkeypatch, _Screen(True), 0.2, wanted=True)
+    assert "\rcomputing: start-up, 0 s" in shown
+    assert shown.endswith("\r")
+    assert shown.split("\r")[-2].strip() == ""
+
+
+@pytest.mark.parametrize(
+    ("is_terminal", "seconds", "wanted"),
+    [(True, 0.0, True), (False, 0.1, True), (True, 0.1, False)],
+)
+def test_nothing_is_said_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, is_terminal: bool, seconds: float, wanted: bool
+) -> None:
+    assert _shown(monkeypatch, _Screen(is_terminal), seconds, wanted) == ""
+
+
+# ----------------------------------------------------------------------------
+# Help pages have examples that work and exit codes; a shell is offered what there is.
+# ----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copy(CASE, tmp_path / "case.toml")  # what the examples stand for
+    starter = command("new", "drive_train").out
+    (tmp_path / "line.toml").write_text(starter, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_every_command_has_examples() -> None:
+    assert set(EXAMPLES) == set(NAMES)
+    assert all(line.startswith(f"vibecalc {name}") for name in NAMES for line, _ in EXAMPLES[name])
+
+
+@pytest.mark.long
+def test_examples_work_in_the_order_of_their_commands(folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    shards = ["sweep case.toml --grid machine.speed=300,400 --keep excitation/force_peak -q -o"]
+    for part in (1, 2):
+        words = shlex.split(f"{shards[0]} part{part}.h5 --shard {part}/2")
+        assert command(*words).code == 0
+    assert command("run", "case.toml", "-q", "-o", "golden.h5").code == 0
+    for name, lines in EXAMPLES.items():
+        if name == "diff":
+            assert command("run", "case.toml", "--set", "machine.speed=300", "-q").code == 0
+        for line, _ in lines:
+            words = shlex.split(line.partition(" >>")[0])[1:]
+            outcome = command(*words, cap=120)
+            differs = name == "diff"
+            assert outcome.code == differs, (name, line, outcome.err)
+
+
+def test_a_page_is_that_of_the_option_and_has_examples_and_exit_codes() -> None:
+    page = command("help", "get").out
+    assert page.strip() == command("get", "--help").out.strip()
+    assert "vibecalc get outputs/case.h5" in page
+    shown = dict(re.findall(r"^│ (\d+) +(\S.*?) +│$", page, re.M))
+    assert shown == {str(code): words for code, words in EXIT_CODES.items()}
+    refused = command("help", "rnu")
+    assert refused.code == 2 and "no command 'rnu'; there are run" in refused.err
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("vibecalc ru", {"run"}),
+        ("vibecalc run case.toml --set machine.crank_train.r",
+         {"machine.crank_train.rod_length=", "machine.crank_train.reciprocating_mass="}),
+        ("vibecalc sweep case.toml --grid machine.sp", {"machine.speed="}),
+        ("vibecalc run case.toml --unset isolation.r",
+         {"isolation.run_up.from", "isolation.run_up.to"}),
+        ("vibecalc get case.h5 isolation/pitch/da",
+         {"isolation/pitch/damping", "isolation/pitch/damping_ratio"}),
+        ("vibecalc plot case.h5 --only run_", {"run_up"}),
+        ("vibecalc new ro", {"roll", "roll_control"}),
+        ("vibecalc new --example roll_re", {"roll_records"}),
+        ("vibecalc run missing.toml --set mach", set()),
+        ("vibecalc run case.toml --set isolation.model = p", {"pitch", "planar"}),
+        ("vibecalc run case.toml --set isolation.model =", {"pitch", "rigid_body", "planar"}),
+        ("vibecalc sweep case.toml --grid isolation.model=p",
+         {"isolation.model=pitch", "isolation.model=planar"}),
+        ("vibecalc run case.toml --set isolation.model = pitch --set machine.kind = ma",
+         {"machine"}),
+        ("vibecalc run case.toml --set accuracy.rtol =", {"1e-09"}),
+    ],
+)  # fmt: skip
+def test_a_shell_is_offered(
+    words: str, offered: set[str], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if "case.h5" in words:
+        assert command("run", "case.toml", "-q", "-o", "case.h5").code == 0
+    monkeypatch.setenv("_VIBECALC_COMPLETE", "complete_bash")
+    format_before = BashComplete.format_completion
+    monkeypatch.setattr(BashComplete, "format_completion", format_before)
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
+    assert offered <= set(command().out.split())
+    assert offered or not command().out.split()
+    monkeypatch.delenv("_VIBECALC_COMPLETE")
+    assert "complete -o default -F" in command("completion", "bash").out
+    assert command("completion", "csh").code == 2

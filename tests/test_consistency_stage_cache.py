@@ -1,14 +1,15 @@
 """Claim: a stage is run again if, and only if, what it reads has changed; results are the same.
 
-What a stage reads is recorded when it runs. Truth: runs without a cache, bit for bit.
+What a stage reads is recorded when it runs. Truth: runs without a cache, to the last digit.
 """
 
 import random
+import re
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from long_but import long_but
 from shipped_cases import CASES
@@ -17,9 +18,11 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at
 from vibecalc.core.case.walk import Shape, keys_of, shape_at
 from vibecalc.core.results.record import Record
-from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.run import machine_checks
+from vibecalc.core.run.machine_checks import OF_PARTS, check_machine
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.run.stage import subjects
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, KeyPath, NumericalFailure, dotted
 from vibecalc.schema import Case
@@ -61,23 +64,9 @@ def case_of(name: str, **settings: Any) -> Case:
     return validate(case_at(resolved(name), {k.replace("__", "."): v for k, v in settings.items()}))
 
 
-def equal_bits(one: Record, other: Record) -> bool:
-    """Whether two records are the same to the last bit, warnings and methods too."""
-    if list(one) != list(other) or one.warnings != other.warnings or one.methods != other.methods:
-        return False
-    for path, quantity in one.items():
-        again = other[path]
-        if quantity.values.tobytes() != again.values.tobytes():
-            return False
-        if (quantity.error_estimate, quantity.standard_error) != (
-            again.error_estimate,
-            again.standard_error,
-        ):
-            return False
-        for axis, same in zip(quantity.axes, again.axes, strict=True):
-            if axis.name != same.name or not np.array_equal(axis.values, same.values):
-                return False
-    return True
+def equal(one: Record, other: Record) -> bool:
+    """Whether two records have the same numbers to the last digit, in order, and the same words."""
+    return list(one) == list(other) and one == other
 
 
 #: a key, its values, and the stages that run again when it changes
@@ -104,7 +93,7 @@ def test_only_stages_with_changed_input_run_again(
     cases = [validate(case_at(resolved(name), {key: value})) for value in values]
     cache = StageCache()
     for case in (*cases, *cases):
-        assert equal_bits(run_case(case), run_case(case, cache=cache))
+        assert equal(run_case(case), run_case(case, cache=cache))
     stages = {stage.name for stage in plan_case(cases[0])}
     assert cache.ran == {module: 1 + (module in again) for module in stages}
 
@@ -197,10 +186,10 @@ def outcome(case: Case, cache: StageCache | None) -> Record | str:
 
 
 def same(one: Record | str, other: Record | str) -> bool:
-    """Whether two runs ended alike, to the last bit."""
+    """Whether two runs ended alike, to the last digit."""
     if isinstance(one, str) or isinstance(other, str):
         return one == other
-    return equal_bits(one, other)
+    return equal(one, other)
 
 
 @pytest.mark.long
@@ -246,7 +235,7 @@ def test_what_is_wanted_is_part_of_the_key() -> None:
     case, cache = case_of("generator"), StageCache()
     few = frozenset({"isolation/pitch/inertia"})
     assert set(run_case(case, wanted=few, cache=cache)) == few
-    assert equal_bits(run_case(case), run_case(case, cache=cache))
+    assert equal(run_case(case), run_case(case, cache=cache))
     assert set(run_case(case, wanted=few, cache=cache)) == few
 
 
@@ -260,3 +249,30 @@ def test_memory_is_bounded_and_results_cannot_be_overwritten() -> None:
     assert cache.ran["isolation"] == 7  # the oldest one was forgotten
     with pytest.raises(ValueError, match="read-only"):
         record["excitation/force"].values[0, 0] = 1.0
+
+
+# ----------------------------------------------------------------------------
+# Every check belongs to the parts or to a subject, which a study runs or skips.
+# ----------------------------------------------------------------------------
+
+#: these are called by others of them
+WITHIN = {
+    *("matrix_problems", "planar_problems", "study_problems"),
+    *("mount_problems", "articulated_problems", "fit_problems"),
+}
+
+
+def test_all_checks_take_part() -> None:
+    """Every function of a case that gives problems is a check of the parts or of a subject."""
+    named = {check.__name__ for check in OF_PARTS} - {"matrices", "mounts", "slave_rods"}
+    for subject in subjects().values():
+        named |= {one.partition(":")[2] for one in (*subject.checks, *subject.last_checks)}
+    pattern = r"^def (\w+_problems)\(case: \"?Case\"?\) -> (?:list|Iterator)\["
+    package = Path(machine_checks.__file__).parents[2]
+    offers = {
+        name
+        for path in package.rglob("*.py")
+        for name in re.findall(pattern, path.read_text(encoding="utf-8"), re.M)
+    }
+    assert offers - WITHIN == named
+    assert offers >= WITHIN

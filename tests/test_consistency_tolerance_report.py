@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from report_samples import quantity as made
+from report_samples import result_of
 
 from vibecalc.core.report.pages import accuracy
 from vibecalc.core.report.terminal import plain_summary
@@ -16,11 +18,7 @@ from vibecalc.core.results.tolerance import reached, summarised, tolerance_warni
 
 
 def quantity(path: str, values: list[float], error: float) -> Quantity:
-    axis = Axis(name="row", values=np.arange(len(values)))
-    return Quantity(
-        path=path, values=np.array(values), unit="", long_name="", axes=(axis,),
-        error_estimate=error,
-    )  # fmt: skip
+    return made(path, values, "", Axis(name="row", values=np.arange(len(values))), error=error)
 
 
 @pytest.fixture
@@ -39,12 +37,8 @@ def record() -> Record:
 
 
 def result(record: Record) -> Result:
-    return Result(
-        name="engine", case={"title": "engine", "accuracy": {"rtol": 1e-8}}, case_toml="",
-        case_toml_resolved="", case_sha256="", record=record, version="0",
-        plan=({"stage": "torsion", "why": "asked", "cost": "24 solves"},),
-        timings={"machine": 0.25, "torsion": 0.75},
-    )  # fmt: skip
+    plan = ({"stage": "torsion", "why": "asked", "cost": "24 solves"},)
+    return result_of(record, {"title": "engine", "accuracy": {"rtol": 1e-8}}, plan=plan)
 
 
 def test_counts_are_those_of_the_record(record: Record) -> None:

@@ -6,15 +6,14 @@ which is what an engineer means by it.
 
 import subprocess
 import sys
-from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
 import pytest
+from schema_places import keys, places
 
-from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
+from vibecalc.core.case.walk import words
 from vibecalc.errors import UnitError
-from vibecalc.schema import Case
 from vibecalc.units import DIMENSIONS, TABLE, convert, parse_quantity
 
 EPS = sys.float_info.epsilon
@@ -95,25 +94,6 @@ def test_degrees_celsius_have_a_zero_of_their_own() -> None:
     assert parse_quantity("20 K", "K", difference=True) == 20.0
 
 
-@cache
-def numbers() -> list[tuple[str, Shape]]:
-    """Every number of the schema, with its key."""
-
-    def below(table: Any) -> Iterator[tuple[str, Shape]]:
-        for key, field in keys_of(table).items():
-            shape = shape_of(field)
-            while shape.item is not None:
-                shape = shape.item
-            if shape.table is not None and shape.table not in seen:
-                seen.add(shape.table)
-                yield from below(shape.table)
-            elif shape.kind == "number":
-                yield key, shape
-
-    seen: set[Any] = set()
-    return list(below(Case))
-
-
 #: a part of keys -> what the messages call their number
 CALLED = {
     "volume": "a volume",
@@ -135,8 +115,9 @@ CALLED = {
 def test_a_number_is_called_what_its_key_says(part: str) -> None:
     units = {"bulk_modulus": "Pa", "shear_modulus": "Pa", "pressure": "Pa", "torque": "N*m"}
     units |= dict.fromkeys(("frequency", "speed"), "rad/s")
+    shapes = (places()[pattern].innermost for (_, key), pattern in keys().items() if part in key)
     found = [
-        shape for key, shape in numbers()
-        if part in key and shape.unit == units.get(part, shape.unit) and shape.unit
+        shape for shape in shapes
+        if shape.kind == "number" and shape.unit and shape.unit == units.get(part, shape.unit)
     ]  # fmt: skip
     assert found and {words(one).startswith(CALLED[part]) for one in found} == {True}

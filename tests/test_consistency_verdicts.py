@@ -12,7 +12,7 @@ import pytest
 from dense_curve_line import text, values
 from engine_cases import ran
 from long_but import long_but
-from shipped_cases import ROOT
+from shipped_cases import ROOT, result_of
 
 from vibecalc.core.report.calculation import limit_table
 from vibecalc.core.report.headline import first_table
@@ -51,14 +51,9 @@ def line(asked: str) -> Result:
     return ran(case.replace(plain, COUPLING))
 
 
-@cache
-def golden(name: str) -> Result:
-    return read_result(GOLDEN / f"{name}.h5")
-
-
 def without_limits(name: str) -> Result:
     """A result whose case has no `[[limit]]`, its limits not judged yet."""
-    result = golden(name)
+    result = result_of(name)
     return replace(result, case={**result.case, "limit": ()}, verdicts=None)
 
 
@@ -69,7 +64,7 @@ def without_limits(name: str) -> Result:
 
 @pytest.mark.parametrize("name", long_but(NAMES, *NAMES[::7], "genset_coupling", "genset_skid"))
 def test_text_verify_and_json_count_the_same_limits(name: str) -> None:
-    result = golden(name)
+    result = result_of(name)
     rows = verdicts_of(result)
     said = conclusion([], rows).split(";")[0].split(",")[0].rstrip(".")
     kept = sum(row.state == KEPT for row in rows)
@@ -106,7 +101,7 @@ def test_what_is_broken_in_a_condition_is_broken_for_verify() -> None:
 
 
 def test_a_limit_of_the_case_says_what_is_expected_of_the_others_on_that_result() -> None:
-    result = golden("genset_coupling")
+    result = result_of("genset_coupling")
     rows = [row for row in verdicts_of(replace(result, verdicts=None)) if row.state == BROKEN]
     assert len(rows) == 2 and all(row.satisfied for row in rows)
     alone = [row for row in verdicts_of(without_limits("genset_coupling")) if row.state == BROKEN]
@@ -135,7 +130,7 @@ FORCE = "isolation/support_force/steady_peak"
 def test_a_limit_counts_the_error_of_each_entry(
     bounds: dict[str, object], state: str, label: str, off: float
 ) -> None:
-    result = golden("generator")
+    result = result_of("generator")
     quantity = replace(
         result[FORCE],
         values=np.array([3.99, 4.0, 1.0, 2.0]),
@@ -235,7 +230,7 @@ def test_a_mount_that_meets_its_stop_breaks_a_limit_unless_it_stands_on_it(
 
 
 def test_rows_come_back_from_a_file_as_they_were(tmp_path: Path) -> None:
-    result = replace(golden("engine_geared"), verdicts=None)
+    result = replace(result_of("engine_geared"), verdicts=None)
     rows = judged(result)
     odd = rows[0]._replace(
         computed=np.inf, margin=-np.inf, source="a, b; \u00e9", utilisation=np.nan
@@ -252,7 +247,7 @@ def test_rows_come_back_from_a_file_as_they_were(tmp_path: Path) -> None:
 
 
 def test_a_verdict_that_has_changed_is_a_difference() -> None:
-    result = golden("genset_coupling")
+    result = result_of("genset_coupling")
     rows = verdicts_of(result)
     for state, same in ((KEPT, True), (UNDECIDED, True), (BROKEN, False)):
         changed = replace(result, verdicts=(rows[0]._replace(state=state), *rows[1:]))
@@ -277,7 +272,7 @@ def test_an_interval_that_ends_on_the_bound_to_the_last_bits_keeps_it() -> None:
 
 
 def test_a_bound_may_be_a_temperature() -> None:
-    result, path = golden("genset_coupling"), "response/torsion/coupling/temperature"
+    result, path = result_of("genset_coupling"), "response/torsion/coupling/temperature"
     found = float(result.record[path].values[0])
     for bound, state in ((found - 273.15 + 1.0, KEPT), (found - 273.15 - 1.0, BROKEN)):
         limit = {"quantity": path, "max": f"{bound} degC"}

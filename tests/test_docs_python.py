@@ -91,10 +91,6 @@ def test_a_case_of_tables_and_its_result_come_back(folder: Path) -> None:
     kept = vibecalc.read(vibecalc.write(result, "outputs/kept.h5"))
     assert vibecalc.diff(result, kept).same and vibecalc.report(kept) == vibecalc.report(result)
     assert Path("outputs/kept.txt").is_file()
-    tree = result.to_xarray()
-    for path, quantity in result.items():
-        assert np.array_equal(tree[path].values, quantity.values), path
-        assert [len(axis.values) for axis in quantity.axes] == list(tree[path].shape)
 
 
 @pytest.mark.parametrize(

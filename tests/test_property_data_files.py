@@ -12,30 +12,25 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from response_machines import shipped
+from small_case import SMALL
 
 from vibecalc.core.case.csv_files import columns_of
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.load import load_case
 from vibecalc.core.results.plain import comma_separated
 from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.visible import text_cell
+from vibecalc.core.study.execute import execute
 from vibecalc.errors import Problem
 from vibecalc.units import parse_quantity
 
-TABLES = """\
-schema = 1
-title = "one cylinder"
-[machine]
-kind = "compressor"
-speed = 361.0
-[machine.crank_train]
-crank_radius = 0.0127
-rod_length = 0.06
-reciprocating_mass = 0.35
-cylinders = [{ name = "A" }]
-"""
+#: up to the table of its crank train, whose last keys may follow
+TABLES = SMALL.partition("[excitation]")[0].replace('"machine"', '"compressor"')
 PRESSURE = ["Pa", "bar", "psi", "kN/m^2"]
 numbers = st.floats(-1e9, 1e9, allow_subnormal=False).filter(lambda x: x == 0 or abs(x) > 1e-9)
 
@@ -180,3 +175,31 @@ def test_numbers_below_zero_are_marked_nowhere() -> None:
         error_estimate=0.0,
     )  # fmt: skip
     assert comma_separated(quantity) == "point,b [m]\n'=1+1,-1.5\na,2.0\n"
+
+
+# ----------------------------------------------------------------------------
+# A result runs again without the file that its case read.
+# ----------------------------------------------------------------------------
+
+MOTOR = Path(__file__).resolve().parents[1] / "cases" / "compressor_motor_torque.csv"
+
+
+def test_a_result_runs_again_without_the_file(tmp_path: Path) -> None:
+    table = shipped("compressor_motor")
+    del table["response"]
+    table["machine"]["motor"]["torque"] = MOTOR.name
+    case, csv, stored = (tmp_path / name for name in ("case.toml", MOTOR.name, "result.h5"))
+    case.write_text(tomli_w.dumps(table), encoding="utf-8")
+    text = MOTOR.read_text(encoding="utf-8")
+    csv.write_text(text, encoding="utf-8")
+    write_result(execute(load_case(case)), stored)
+    head, last = text.rstrip("\n").rsplit("\n", 1)
+    csv.write_text(f"{head}\n{last}1\n", encoding="utf-8")
+    result = read_result(stored)
+    assert load_case(case).sha256 != result.case_sha256
+    csv.unlink()
+    case.write_text(result.case_toml_resolved, encoding="utf-8")
+    again = load_case(case)
+    assert again.sha256 == result.case_sha256
+    for path, quantity in execute(again).record.items():
+        assert np.array_equal(quantity.values, result.record[path].values), path

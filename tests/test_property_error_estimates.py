@@ -8,16 +8,48 @@ of the few that CI runs, none is below. An undershot `[excitation] orders` is in
 """
 
 from collections.abc import Iterable
+from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
-from estimate_counts import hold
+from estimate_counts import Uncertain, flat, hold
+from exact_results import exact_results
+from mpmath import mpf
 from random_machines import Table, random_machine, without_damping
-from truth_report import judge
 
 from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
 from vibecalc.core.results.tolerance import reached
 from vibecalc.core.run.run import run_case
+
+DIGITS = 50
+
+
+def judge(table: Table) -> list[Uncertain]:
+    """Every quantity of a run of a case table next to the truth."""
+    case = validate(table)
+    record = run_case(case)
+    with mpmath.workdps(DIGITS):
+        judged = [held(*row, record) for row in exact_results(case, record)]
+    missing = set(record) - {one.path for one in judged}
+    assert not missing, f"no truth for {sorted(missing)}"
+    return judged
+
+
+def held(path: str, found: Any, exact: Any, record: Record) -> Uncertain:
+    """Values found and exact ones (of all entries, or of some) next to the estimate."""
+    values, truth = np.ravel(found).tolist(), list(flat(exact))
+    errors = [_distance(value, true) for value, true in zip(values, truth, strict=True)]
+    sizes = [abs(true) for true in truth if mpmath.isfinite(true)]
+    error, size = max(errors, default=mpf(0)), max(sizes, default=mpf(0))
+    return Uncertain(path, float(error), record[path].error_estimate, float(size))
+
+
+def _distance(value: complex, true: Any) -> mpf:
+    if not np.isfinite(value) and value == true:
+        return mpf(0)
+    return abs(mpmath.mpmathify(value) - true)
 
 
 def on_springs(seed: int, model: str, *, run_up: bool = True) -> Table:

@@ -1,10 +1,13 @@
 """Claim: no case file, however broken, gives a traceback or a hang; exit codes are 0 to 3."""
 
 import random
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
 from fuzzing import ALLOWED, MUTATORS, command, mutations
+from long_but import long_but
 from shipped_cases import CASES
 
 from vibecalc.cli.starters import starter
@@ -23,43 +26,33 @@ def hold(text: str, number: int, path: Path, *arguments: str) -> int:
     return outcome.code
 
 
-def check_many(count: int, path: Path, seed: int = SEED) -> dict[int, int]:
-    codes: dict[int, int] = {}
-    for number, text in enumerate(mutations(seed, count)):
-        code = hold(text, number, path, "check", str(path))
-        codes[code] = codes.get(code, 0) + 1
-    return codes
+def checked(texts: Iterable[str], path: Path) -> Counter[int]:
+    """How `check` of each text ends."""
+    return Counter(hold(text, n, path, "check", str(path)) for n, text in enumerate(texts))
 
 
-def check_broken_starters(scene: str, count: int, path: Path) -> dict[int, int]:
-    """`check` of a starter case, changed in one to three places, so many times."""
+def broken_starters(scene: str, count: int) -> Iterator[str]:
+    """A starter case without its comments, changed in one to three places, so many times."""
     draw = random.Random(scene)
     lines = [line for line in starter(scene).splitlines() if not line.lstrip().startswith("#")]
-    codes: dict[int, int] = {}
-    for number in range(count):
+    for _ in range(count):
         broken = "\n".join(lines) + "\n"
         for _ in range(draw.choice((1, 1, 2, 3))):
             broken = draw.choice(MUTATORS)(draw, broken)
-        code = hold(broken, number, path, "check", str(path))
-        codes[code] = codes.get(code, 0) + 1
-    return codes
+        yield broken
 
 
-def run_many(count: int, path: Path, seed: int = SEED + 1) -> dict[int, int]:
+def run_many(count: int, path: Path, seed: int) -> int:
     """Only those that pass `check` reach a run; optimisation is left to its own tests."""
-    codes: dict[int, int] = {}
-    outputs = str(path.parent) + "/out/"
     done = 0
     for number, text in enumerate(mutations(seed, 50 * count)):
         if done == count:
             break
         text = text.split("[optimisation]", 1)[0]
-        if hold(text, number, path, "check", str(path)) != 0:
-            continue
-        code = hold(text, number, path, "run", str(path), "-q", "-o", outputs)
-        codes[code] = codes.get(code, 0) + 1
-        done += 1
-    return codes
+        if hold(text, number, path, "check", str(path)) == 0:
+            hold(text, number, path, "run", str(path), "-q", "-o", f"{path.parent}/out/")
+            done += 1
+    return done
 
 
 #: what mutations ended in a bug, and how it ends now: case, change, exit code, words
@@ -85,16 +78,25 @@ def test_what_mutations_have_found(
 
 @pytest.mark.timeout(280)
 def test_mutations_through_check(tmp_path: Path) -> None:
-    codes = check_many(30, tmp_path / "mutated.toml")
+    codes = checked(mutations(SEED, 30), tmp_path / "mutated.toml")
     assert set(codes) == {0, 2}
     assert codes[2] > 20 and codes[0] > 0
+
+
+SCENES = ("absorber", "absorber_rig", "pendulum", "roll", "roll_control", "plate")
+
+
+@pytest.mark.parametrize("scene", long_but(SCENES, "absorber_rig", "roll", "plate"))
+def test_broken_starters_end_in_words(scene: str, tmp_path: Path) -> None:
+    codes = checked(broken_starters(scene, 20), tmp_path / "mutated.toml")
+    assert set(codes) <= {0, 2}
+    assert codes[2] > 4
 
 
 @pytest.mark.long
 @pytest.mark.timeout(14000)
 @pytest.mark.parametrize("part", range(20))
 def test_hundred_thousand_mutations(part: int, tmp_path: Path) -> None:
-    codes = check_many(4900, tmp_path / "mutated.toml", seed=SEED + 100 + part)
-    ran = run_many(100, tmp_path / "mutated.toml", seed=SEED + 200 + part)
-    assert sum(codes.values()) == 4900
-    assert sum(ran.values()) == 100
+    path = tmp_path / "mutated.toml"
+    assert checked(mutations(SEED + 100 + part, 4900), path).total() == 4900
+    assert run_many(100, path, SEED + 200 + part) == 100

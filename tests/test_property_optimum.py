@@ -2,11 +2,18 @@
 whose optimum is known exactly.
 """
 
+import itertools
+import threading
+
 import numpy as np
 import pytest
+from long_but import long_but
 
+from vibecalc.core.study.search import local_search
 from vibecalc.core.study.search.minimise import minimise
-from vibecalc.core.study.search.problem import Problem
+from vibecalc.core.study.search.problem import Infeasible, Problem
+from vibecalc.core.study.search.side_by_side import side_by_side
+from vibecalc.errors import NumericalFailure
 
 SCALES = [(1.0, 1e3), (1e-6, 1e6), (1e5, 1e-9)]
 
@@ -177,3 +184,141 @@ def test_what_is_left_out_of_the_values_is_in_the_errors_of_each_variable(kind, 
     assert missed <= 0.03 * trials
     assert np.all(moved <= 10.0 * stated + 1e-9)
     assert np.median(stated / np.maximum(moved, 1e-9)) < 20.0
+
+
+# ----------------------------------------------------------------------------
+# A difference without its sign is brought to zero, and a set of zeros is said to be one.
+# ----------------------------------------------------------------------------
+
+BOX3 = ([-2.0] * 3, [2.0] * 3)
+
+
+def sphere(x):
+    return abs(x @ x - 1.0), []
+
+
+# objective, lower, upper, first, dimension of the set of zeros
+CASES = {
+    "plane": (lambda x: (abs(x[0] + 2 * x[1] - 1), []), [-1] * 2, [2] * 2, None, 1),
+    "sphere": (sphere, *BOX3, [0.3, 0.2, 0.9], 2),
+    "large numbers": (lambda x: (1e6 * sphere(x)[0], []), *BOX3, [0.3, 0.2, 0.9], 2),
+    "starts at a zero": (lambda x: (abs(x[0] - x[1]), []), [-1] * 2, [1] * 2, [0.25, 0.25], 1),
+    "energy of degree two": (
+        lambda x: (abs(28 - (1 + 0.3 * np.sin(x[0])) * (2 * x[1] ** 2 + x[2] ** 2)), []),
+        [0, 0, 0],
+        [6.28, 10, 10],
+        [1, 7, 7],
+        2,
+    ),
+    "kinked itself": (
+        lambda x: (abs(abs(x[0]) + abs(x[1]) - 1), []),
+        [-2] * 2,
+        [2] * 2,
+        [0.4, 0.3],
+        1,
+    ),
+    "worst of two": (
+        lambda x: (max(abs(x[0] + x[1] - 1), abs(x[0] * x[2] - 0.1)), []),
+        [-1] * 3,
+        [2] * 3,
+        None,
+        1,
+    ),
+    "one variable": (lambda x: (abs(np.cos(x[0])), []), [0], [6], None, 0),
+}
+
+
+@pytest.mark.parametrize("starts", [0, pytest.param(3, marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", long_but(CASES, *list(CASES)[::3]))
+def test_zero_is_reached_and_its_freedom_counted(name, starts):
+    evaluate, lower, upper, first, free = CASES[name]
+    found = minimise(Problem(evaluate, lower, upper, first=first), starts=starts)
+    corners = itertools.product(*zip(lower, upper, strict=True))
+    largest = max(evaluate(np.array(corner, dtype=float))[0] for corner in corners)
+    assert found.method == "zero"
+    assert 0.0 <= found.objective <= found.objective_error < 1e-10 * largest
+    assert found.free_directions == free
+    assert any("continuum" in note or "does not change" in note for note in found.notes) == (
+        free > 0
+    )
+
+
+def test_limits_are_kept_on_the_way_to_zero():
+    found = minimise(Problem(lambda x: (sphere(x)[0], [x[0] - 0.9, x[1] - 0.1]), *BOX3), starts=3)
+    assert found.objective <= found.objective_error < 1e-12
+    assert np.all(found.margins >= -1e-12)
+
+
+# ----------------------------------------------------------------------------
+# Searches side by side find what they find alone, in fewer rounds, and end together.
+# ----------------------------------------------------------------------------
+
+
+def hills(x):
+    """Some local optima, one limit."""
+    return np.cos(3.0 * x[0]) + 0.3 * x[0] ** 2 + (x[1] - 0.4 * x[0]) ** 2, [2.0 - x @ x]
+
+
+def searched(rounds):
+    problem = Problem(hills, [-2.0, -2.0], [2.0, 1.5], ahead=rounds.append)
+    return minimise(problem, starts=7)
+
+
+def test_same_optima_in_half_the_rounds(monkeypatch):
+    few, many = [], []
+    together = searched(few)
+    monkeypatch.setattr(local_search, "TOGETHER", 1)
+    alone = searched(many)
+    assert np.array_equal(together.variables, alone.variables)
+    assert together.objective == alone.objective
+    assert together.evaluations == alone.evaluations
+    for one, other in zip(together.history, alone.history, strict=True):
+        assert np.array_equal(one.end, other.end)
+    assert len(few) < 0.5 * len(many)
+
+
+def test_each_waits_until_all_have_asked():
+    met = []
+
+    def search(count):
+        def run(ask):
+            for turn in range(count):
+                ask([np.array([count, turn])])
+                met.append((count, turn))
+            return count
+
+        return run
+
+    asked = []
+    found = side_by_side([search(1), search(3)], lambda points: asked.append(len(points)))
+    assert found == [1, 3]
+    assert asked == [2, 1, 1, 0]
+    assert met == [(1, 0), (3, 0), (3, 1), (3, 2)]
+
+
+def test_what_one_raises_ends_all():
+    def fails(ask):
+        ask([np.zeros(1)])
+        raise NumericalFailure("there is no smallest value")
+
+    def waits(ask):
+        while True:
+            ask([np.zeros(1)])
+
+    before = threading.active_count()
+    with pytest.raises(NumericalFailure, match="no smallest value"):
+        side_by_side([waits, fails, waits], lambda points: None)
+    for thread in threading.enumerate():
+        if thread.daemon:
+            thread.join(5.0)
+    assert threading.active_count() == before
+
+
+def test_a_limit_that_cannot_be_kept_is_given_up_soon():
+    def evaluate(x):
+        return (x[0] - 0.3) ** 2, [-1.0 - 0.0 * x[0]]
+
+    with pytest.raises(Infeasible) as failure:
+        minimise(Problem(evaluate, [0.0], [1.0]), starts=2)
+    assert failure.value.violation == 1.0
+    assert failure.value.evaluations < 80

@@ -1,7 +1,7 @@
 """Claim: the report on a shaft line says what the result has.
 
 Verdicts follow the uses of the limits, tables add up where they have to, what is missing is left
-out. What it says of golden results is held by `test_consistency_said.py`.
+out. What it says of golden results is held by `test_golden.py`.
 """
 
 import re

@@ -13,6 +13,7 @@ import h5py
 import pytest
 from fuzzing import command
 from shipped_cases import CASES
+from small_case import SMALL
 
 import vibecalc
 from vibecalc.core.case import inputs
@@ -20,26 +21,11 @@ from vibecalc.core.case.load import load_case
 from vibecalc.core.results.store import file_image
 from vibecalc.measurement import records
 
-CASE = """\
-schema = 1
-title = "one cylinder"
-
-[machine]
-kind = "machine"
-speed = "3000 rpm"
-
-[machine.crank_train]
-crank_radius = "45 mm"
-rod_length = "160 mm"
-reciprocating_mass = "0.5 kg"
-cylinders = [{ name = "1" }]
-
-[excitation]
-
+CASE = f"""{SMALL}
 [[reference_table]]
 quantity = "excitation/force"
 axis = "order"
-where = { direction = "z" }
+where = {{ direction = "z" }}
 file = "forces.csv"
 rtol = 0.9
 source = "a guess"

@@ -21,7 +21,6 @@ from environments import (
     surroundings,
     versions,
 )
-from record import Line, record
 
 from vibecalc.core.results.compare import compare
 from vibecalc.core.results.compare_rules import Rules, read_rules
@@ -32,20 +31,59 @@ from vibecalc.errors import VibecalcError
 QUICK = (
     "test_bad_cases_results.py",
     "test_property_store.py",
-    "test_consistency_plain_reading.py",
+    "test_consistency_store.py",
     "test_property_golden_tolerances.py",
 )
 
 
-@dataclass(kw_only=True)
-class Found:
-    """Outcome of one environment: names of cases, and the worst difference over its tolerance."""
+PAGE = ROOT / "tests" / "matrix" / "ENVIRONMENTS.md"
+START, END = "<!-- matrix: written by tests/matrix/run.py -->", "<!-- end of matrix -->"
 
+
+@dataclass(kw_only=True)
+class Line:
+    """What one environment gave: its versions, names of cases, the worst difference over its
+    tolerance, what pytest says. The defaults are those of a Python that is not there."""
+
+    name: str
+    date: str
+    python: str
+    numpy: str = ""
+    scipy: str = ""
+    h5py: str = ""
+    kernel: str = ""
+    wider: str = ""
+    threads: int = 0
     same: list[str] = field(default_factory=list)
     differ: list[str] = field(default_factory=list)
     failed: list[str] = field(default_factory=list)
     worst: float = 0.0
     where: str = ""
+    tests: str = ""
+
+    @property
+    def fine(self) -> bool:
+        """Nothing differs, failed or was left out."""
+        return bool(self.same) and not self.differ and not self.failed and "passed" in self.tests
+
+    def as_row(self) -> str:
+        """The row of the table in ENVIRONMENTS.md, in Markdown."""
+        bad = (f"{len(some)}" + (f" ({', '.join(some)})" if some else "")
+               for some in (self.differ, self.failed))  # fmt: skip
+        cells = (self.name, self.date, self.python, self.numpy, self.scipy, self.h5py)
+        cells += (self.kernel, self.wider or "none")
+        ran = self.same or self.differ or self.failed
+        numbers = (self.threads, len(self.same), *bad, f"{self.worst:.2g}", self.where)
+        shown = numbers if ran else ("",) * len(numbers)
+        return "| " + " | ".join(str(cell) for cell in (*cells, *shown, self.tests)) + " |"
+
+    def record(self) -> None:
+        """Put the row where the environment has one, or behind the others."""
+        before, rest = PAGE.read_text(encoding="utf-8").split(START)
+        table, after = rest.split(END)
+        rows = [row for row in table.strip().splitlines() if not row.startswith(f"| {self.name} |")]
+        table = "\n".join([*rows, self.as_row()])
+        PAGE.write_text(f"{before}{START}\n{table}\n{END}{after}", encoding="utf-8")
 
 
 def main() -> int:
@@ -69,7 +107,7 @@ def main() -> int:
         fine = fine and line.fine
         print(line.as_row(), flush=True)
         if not asked.dry:
-            record(line)
+            line.record()
     return 0 if fine else 1
 
 
@@ -91,29 +129,19 @@ def one(environment: Environment, asked: argparse.Namespace) -> Line:
     results = asked.results / environment.name.replace(" ", "_")
     results.mkdir(parents=True, exist_ok=True)
     rules = read_rules(asked.rules)
-    found = Found()
+    threads = environment.threads
+    line = Line(name=environment.name, date=date, **known, threads=threads)
     for case in sorted((ROOT / "cases").glob("*.toml")):
         if asked.case and case.stem not in asked.case:
             continue
         written = _run(python, case, results, around, asked.again)
         name = written.stem if written else case.stem
         if written is None:
-            found.failed.append(name)
+            line.failed.append(name)
         else:
-            _held(name, asked.reference / written.name, written, rules, found)
-    tests = _quick(python, around)
-    return Line(
-        name=environment.name,
-        date=date,
-        **known,
-        threads=environment.threads,
-        same=len(found.same),
-        differ=tuple(found.differ),
-        failed=tuple(found.failed),
-        worst=found.worst,
-        where=found.where,
-        tests=tests,
-    )
+            _held(name, asked.reference / written.name, written, rules, line)
+    line.tests = _quick(python, around)
+    return line
 
 
 def _run(
@@ -143,20 +171,20 @@ def _run(
     return written
 
 
-def _held(name: str, reference: Path, written: Path, rules: Rules, found: Found) -> None:
+def _held(name: str, reference: Path, written: Path, rules: Rules, line: Line) -> None:
     try:
         comparison = compare(read_result(reference), read_result(written), rules)
     except VibecalcError as error:
         print(f"{name}: {error}", flush=True)
-        found.failed.append(name)
+        line.failed.append(name)
         return
-    (found.same if comparison.same else found.differ).append(name)
+    (line.same if comparison.same else line.differ).append(name)
     for row in comparison.worst(3):
         if not row.same:
             reported = "; ".join(row.problems) or f"{row.ratio:.2g} of its tolerance at {row.entry}"
             print(f"{name}: {row.path}: {reported}", flush=True)
-        if row.ratio > found.worst:
-            found.worst, found.where = row.ratio, f"{name}: {row.path}"
+        if row.ratio > line.worst:
+            line.worst, line.where = row.ratio, f"{name}: {row.path}"
 
 
 def _quick(python: Path, around: dict[str, str]) -> str:

@@ -8,11 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 from impact_machines import CLEARANCE
+from shipped_cases import ROOT
 from stability.hard_case import ALL, INFINITE, REFUSES, WHOLE, HardCase, as_number, errors, outcome
-from stability.hard_cases import all_cases, own_outcome, table
+from stability.hard_cases import STATED, all_cases, own_outcome, table
 from stability.hard_impact import growth, turns_together
 from stability.hard_roll import CASES, second_truth, truth_of
-from stability.stated import STATED
 
 from vibecalc.errors import VibecalcError
 
@@ -120,7 +120,4 @@ def test_both_truths_of_the_roll_agree(name: str) -> None:
 
 
 def test_the_page_shows_the_table() -> None:
-    from pathlib import Path
-
-    page = Path(__file__).resolve().parents[2] / "docs" / "accuracy.md"
-    assert table() in page.read_text(encoding="utf-8")
+    assert table() in (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8")
