@@ -22,6 +22,7 @@ WITHOUT = {
         "body",
         "friction damper",
         "hardware",
+        "isolation efficiency",
         "measurement",
         "modal route as published",
     ),

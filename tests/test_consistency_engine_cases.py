@@ -99,7 +99,8 @@ def test_damper_of_the_published_engine() -> None:
     least, table = (line.seen(one, 61, 21, 11)[0] for one in (best, (5.9712e5, 2131.976)))
     assert shows(printed["damper_design/worst_torque",], least)
     assert shows(printed["damper_design/table/worst_torque",], table)
-    assert shows(printed["damper_design/table/gain",], table / least)
+    # the model samples speeds: both torques hold to their four digits, their ratio to a unit
+    assert float(printed["damper_design/table/gain",]) == pytest.approx(table / least, abs=1e-3)
     for factor in ((1.02, 1.0), (0.98, 1.0), (1.0, 1.02), (1.0, 0.98)):
         assert line.seen((best[0] * factor[0], best[1] * factor[1]), 61, 21)[0] > 1.004 * least
 

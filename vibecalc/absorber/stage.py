@@ -502,7 +502,7 @@ def varied_key(vary: "Vary") -> str:
     return next(key for key in VARIED if getattr(vary, key))
 
 
-def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+def names_of(case: "Case", _: str = "") -> dict[str, tuple[str, ...]]:
     """Entries of the axes that the case names."""
     machine, tuning = case.machine, case.tuning
     if machine.primary is None:

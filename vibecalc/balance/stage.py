@@ -50,7 +50,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     return orders_given(case, axis)
 
 
-def _names(case: "Case") -> dict[str, tuple[str, ...]]:
+def _names(case: "Case", _: str = "") -> dict[str, tuple[str, ...]]:
     if case.balance is None:
         return {}
     from vibecalc.balance.model import sought_weights

@@ -37,7 +37,7 @@ def plan_base_motion(case: "Case") -> Iterator[Stage]:
     )
 
 
-def _names(case: "Case") -> dict[str, tuple[str, ...]]:
+def _names(case: "Case", _: str = "") -> dict[str, tuple[str, ...]]:
     given = case.base_motion
     return {} if given is None else {"base_harmonic": tuple(one.name for one in given.harmonics)}
 

@@ -54,7 +54,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     return Entries.of_speeds(table.speeds, "bearing_loads.speeds")
 
 
-def _names(case: "Case") -> dict[str, tuple[str, ...]]:
+def _names(case: "Case", _: str = "") -> dict[str, tuple[str, ...]]:
     if case.bearing_loads is None:
         return {}
     return {"main_bearing": tuple(one.name for one in case.bearing_loads.main_bearings)}

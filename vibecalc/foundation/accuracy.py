@@ -5,7 +5,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.foundation.model import on_mass
-from vibecalc.isolation.accuracy import REFINED, motion_by_order, motion_topic
+from vibecalc.isolation.accuracy import REFINED, driven, motion_topic
 from vibecalc.isolation.on_mounts import OnMounts
 
 
@@ -14,8 +14,9 @@ def coupled_topics(scene: Scene) -> list[Topic]:
     system: OnMounts | None = scene.handed_on.get("on_foundation")
     if system is None:
         return []
-    path = "isolation/body/translation_harmonics"
-    return motion_by_order(scene, system, "motion of both bodies", "motion by order", path)
+    ask = Ask("motion of both bodies", "motion by order",
+              "isolation/body/translation_harmonics", *REFINED)  # fmt: skip
+    return motion_topic(ask, system, *driven(scene, system)[1:])
 
 
 def foundation_topics(scene: Scene) -> list[Topic]:

@@ -15,7 +15,6 @@ from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.body_run_up import run_up_rows, sections
 from vibecalc.isolation.adapters.common import isolation_of
-from vibecalc.isolation.efficiency_results import OfForces
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import SupportForce
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
@@ -43,7 +42,7 @@ def isolation_topics(scene: Scene) -> list[Topic]:
         return []
     system: OnMounts = scene.handed_on["on_mounts"]
     readout = system.forces()
-    order, load, w = _driven(scene, system)
+    order, load, w = driven(scene, system)
     still, rising = readout.still[which], readout.rising[which]
 
     def read(amplitudes: np.ndarray) -> np.ndarray:
@@ -61,7 +60,7 @@ def isolation_topics(scene: Scene) -> list[Topic]:
     return [*motion_topic(ask, system, load, w, read), peak]
 
 
-def _driven(scene: Scene, system: OnMounts) -> tuple[FloatArray, Bounded, FloatArray]:
+def driven(scene: Scene, system: OnMounts) -> tuple[FloatArray, Bounded, FloatArray]:
     """Orders (m,) kept, what they load the system with (m, f), and their frequencies."""
     loads: BodyLoads = scene.handed_on["loads"]
     order = loads.order[: loads.retained]
@@ -88,15 +87,6 @@ def motion_topic(
     return [forced(ask, [solver], system.matrices, w, known, read)]
 
 
-def motion_by_order(
-    scene: Scene, system: OnMounts, name: str, words: str, path: str,
-    read: Callable[[np.ndarray], np.ndarray] = np.asarray,
-) -> list[Topic]:  # fmt: skip
-    """The same of a system under the loads of the body at its speed."""
-    _, load, w = _driven(scene, system)
-    return motion_topic(Ask(name, words, path, *REFINED), system, load, w, read)
-
-
 def _known(load: Bounded) -> np.ndarray:
     """Loads without what is nothing but rounding."""
     return np.where(np.abs(load.value) > load.error, load.value, 0.0)
@@ -106,18 +96,6 @@ def _motion(system: OnMounts, load: Bounded, w: FloatArray) -> np.ndarray:
     """Motion (m, f) under loads (m, f) at frequencies (m,)."""
     known = _known(load)
     return response(dynamics(system.matrices, w), known, np.zeros(known.shape)).value
-
-
-def efficiency_topics(scene: Scene) -> list[Topic]:
-    """Loads on the ground; none of the pitch model, or of a foundation: these have their own."""
-    if isolation_of(scene).model == "pitch" or "ground" in scene.handed_on:
-        return []
-    system: OnMounts = scene.handed_on["on_mounts"]
-    passing = system.passing(_driven(scene, system)[2]).value
-    return motion_by_order(
-        scene, system, "loads on the ground", "force and couple of each order",
-        f"{OfForces.ROOT}/ground", lambda motion: (passing @ motion[..., None])[..., 0],
-    )  # fmt: skip
 
 
 def run_up_topics(scene: Scene) -> list[Topic]:
@@ -145,7 +123,7 @@ def run_up_topics(scene: Scene) -> list[Topic]:
         return Answer(peak.value[[row]], float(rows.asked), float(peak.speed[row]))
 
     ask = Ask("largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",
-              "isolation/support_force/run_up_peak", 20.0,
+              "isolation/support_force/run_up_peak", 50.0,
               "all supports, and every resonance, so that no narrow one is missed")  # fmt: skip
     solver = Solver("resonances and peaks", alone)
     return [peak_over_range(ask, solver, curve, ends, known, "crank speed [rad/s]", "speeds")]

@@ -157,7 +157,6 @@ def efficiency_stage(case: "Case") -> Iterator[Stage]:
         quantities=below("isolation/efficiency/"),
         is_last=True,
         work=lambda case, orders: ((2 * orders + 6 * _CURVE, "body_solve"), (1, "modes")),
-        topics=("vibecalc.isolation.accuracy:efficiency_topics",),
         **_of_loads(case),
     )
 

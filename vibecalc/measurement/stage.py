@@ -52,7 +52,7 @@ def plan_measurement(case: "Case") -> Iterator[Stage]:
 _OF_POSITIONS = ("acceleration", "level/", "candidate/level", "uncertainty/level")
 
 
-def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+def names_of(case: "Case", _: str = "") -> dict[str, tuple[str, ...]]:
     """Entries of the axes that the case names."""
     if case.measurement is None:
         return {}

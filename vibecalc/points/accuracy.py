@@ -49,7 +49,7 @@ def points_run_up_topics(scene: Scene) -> list[Topic]:
         return Answer(peak.value[[row]], float(rows.asked), float(peak.speed[row]))
 
     words = f"reading {readings.names[row - count]!r}, {ends[0]:.6g} to {ends[1]:.6g} rad/s"
-    ask = Ask("largest r.m.s. of the run-up", words, f"{RUN_UP}/velocity_rms_largest", 64.0,
+    ask = Ask("largest r.m.s. of the run-up", words, f"{RUN_UP}/velocity_rms_largest", 90.0,
               "curves and peaks of all readings, and every resonance, so that no narrow one is "
               "missed")  # fmt: skip
     return [peak_over_range(

@@ -71,7 +71,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
 _RUN_UP = 400
 
 
-def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+def names_of(case: "Case", _: str = "") -> dict[str, tuple[str, ...]]:
     """Entries of the axis that the points of the case make."""
     if not case.point:
         return {}

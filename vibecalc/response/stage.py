@@ -162,7 +162,7 @@ def plan_response(case: "Case") -> Iterator[Stage]:
         )
 
 
-def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+def names_of(case: "Case", _: str = "") -> dict[str, tuple[str, ...]]:
     """Entries of the axes that the case names."""
     response = case.response
     if response is None:

@@ -212,7 +212,7 @@ def _dynamic(case: "Case") -> bool:
     return motor is not None and motor.kind == "dynamic"
 
 
-def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+def names_of(case: "Case", _: str = "") -> dict[str, tuple[str, ...]]:
     """Entries of the axes that the case names."""
     if case.response is None or case.response.roll is None or not has_crank_train(case.machine):
         return {}

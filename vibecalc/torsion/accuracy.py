@@ -225,12 +225,14 @@ def torsion_speeds_topics(scene: Scene) -> list[Topic]:
         top = of.found
         return Answer(top.value, float(of.solved), float(top.speed[0]))
 
+    own_way = kernel(points)
     ask = Ask("largest torque", f"section {section + 1} at any speed",
-              "response/torsion/largest/torque_half_range", 12.0 + points / 20.0,
-              f"the case asks for curves at {int(points)} speeds")  # fmt: skip
+              "response/torsion/largest/torque_half_range", 12.0 + own_way.work / 20.0,
+              f"the case asks for curves at {int(points)} speeds, narrow resonances for samples "
+              "between them")  # fmt: skip
     settings = [one for one in SWEPT if one < points]
     solver = Solver("sweep and peaks", kernel, "speeds", settings, points)
-    known = float(kernel(points).position or 0.0)
+    known = float(own_way.position or 0.0)
     return [peak_over_range(ask, solver, curve, ends, known, "crank speed [rad/s]", "speeds")]
 
 

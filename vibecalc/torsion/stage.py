@@ -367,8 +367,8 @@ def _half_orders(case: "Case") -> Harmonics:
     return Harmonics(round(highest / step), step, highest, rule)
 
 
-def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
-    """Entries of the axes that the case names."""
+def names_of(case: "Case", path: str = "") -> dict[str, tuple[str, ...]]:
+    """Entries of the axes that the case names; a gear with a limit stands among its sections."""
     line = case.machine.shaft_line
     if line is None:
         return {}
@@ -376,10 +376,11 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
 
     gears = tuple(gear.label for gear in line.gears)
     elastic = [gear.label for gear in line.gears if gear.mesh_stiffness is not None]
+    limited = gears if path.startswith(f"{ROOT}/limit/") else elastic
     dampers = tuple(one.name for one in line.dampers)
     return {
         "station": tuple(one.name for one in line.stations),
-        "section": (*Layout(line).sections, *elastic, *dampers),
+        "section": (*Layout(line).sections, *limited, *dampers),
         "damper": dampers,
         "gear": gears,
         "condition": condition_names(case),

@@ -210,7 +210,7 @@ class Subject(NamedTuple):
     sections: tuple[str, ...] = ()
     pictures: Mapping[str, str] = {}
     leads: bool = False
-    names: "Callable[[Case], dict[str, tuple[str, ...]]]" = lambda case: {}
+    names: "Callable[[Case, str], dict[str, tuple[str, ...]]]" = lambda case, path: {}
     entries: "Callable[[Case, str, str], Entries | None]" = lambda case, path, axis: None
     calculation: str = ""
     assumes: tuple[str, ...] = ()

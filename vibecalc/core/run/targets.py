@@ -46,10 +46,12 @@ class KnownEntries:
 
     def names(self, quantity: str) -> Mapping[str, tuple[str, ...]]:
         """Names of the entries of axes of a result."""
-        owner = OWNER.get(quantity.removeprefix(AT_START), "")
-        if owner not in self._names:
-            self._names[owner] = self._names[""] | subjects()[owner].names(self._case)
-        return self._names[owner]
+        path = quantity.removeprefix(AT_START)
+        if path not in OWNER:
+            return self._names[""]
+        if path not in self._names:
+            self._names[path] = self._names[""] | subjects()[OWNER[path]].names(self._case, path)
+        return self._names[path]
 
     def _numbers(self, quantity: str, axis: str) -> Entries | None:
         path = quantity.removeprefix(AT_START)
