@@ -100,7 +100,7 @@ def torque_of_state(
         torque = driving_torque(machine, drive, values)
         if torque is None:
             torque = motor_torque(machine, drive, values[..., 0]).value
-        return torque[0]
+        return np.asarray(torque[0])
 
     return at
 

@@ -160,7 +160,7 @@ def _coupled(damping: FloatArray, w: FloatArray) -> tuple[ComplexArray, ComplexA
     if len(swings) != count:
         return None
     swings = swings[np.argsort(np.abs(value[swings]), kind="stable")]
-    return value[swings] * unit, vector[:count, swings]
+    return np.asarray(value[swings] * unit), np.asarray(vector[:count, swings])
 
 
 def mode_number(line: Line, pole: complex, count: int) -> int:

@@ -245,7 +245,7 @@ def _apart(rows: Sequence[Verdict]) -> dict[tuple[object, ...], Verdict]:
     """Rows by what tells them apart, those that are alike in that by their number."""
     keys = [(row.quantity, str(row.where), row.element, row.limit, row.at) for row in rows]
     met: Counter[tuple[object, ...]] = Counter()
-    apart = {}
+    apart: dict[tuple[object, ...], Verdict] = {}
     for key, row in zip(keys, rows, strict=True):
         apart[*key, met[key]] = row
         met[key] += 1
