@@ -19,7 +19,7 @@ from vibecalc.torsion.damped_modes import (
 )
 from vibecalc.torsion.line import Line, chain, damping_matrix, equivalent_line, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.poles import all_poles
+from vibecalc.torsion.poles import MANY, all_poles, guesses, modal_damping_matrix
 
 
 def damped_engine(coefficient: float) -> Line:
@@ -251,3 +251,29 @@ def test_lines_of_which_nothing_vibrates(line: Line, ratios: list[float]) -> Non
     found = damped_line_modes(line, 0)
     assert found.frequency.tolist() == [0.0] * len(ratios)
     assert found.damping_ratio.tolist() == ratios
+
+
+def test_close_modes_of_a_long_line_that_dashpots_couple() -> None:
+    """Beyond the length that one matrix for all poles serves; here against that matrix."""
+    generator = np.random.default_rng(7)
+    n = MANY + 60
+    line = chain(1.0 + generator.random(n), 1e6 * (1.0 + generator.random(n - 1)))
+    line = line._replace(
+        damping=25.0 * generator.random(n - 1), absolute_damping=0.5 + generator.random(n)
+    )
+    modes = natural_modes(line)
+    # modes are told apart one by one, but for some few that go together
+    pole, _ = guesses(line, modes)
+    own = np.diag(modal_damping_matrix(line, modes))
+    alone = (1j * modes.frequency - 0.5 * own)[1:]
+    assert 2 <= np.count_nonzero(np.abs(pole - alone) > 1e-9) < n // 4
+    found = damped_line_modes(line, 0)
+    inverse = 1.0 / line.inertia[:, None]
+    state = np.block([
+        [np.zeros((n, n)), np.eye(n)],
+        [-inverse * stiffness_matrix(line), -inverse * damping_matrix(line)],
+    ])  # fmt: skip
+    value = np.linalg.eigvals(state)
+    value = value[value.imag > 1.0]
+    value = value[np.argsort(np.abs(value))]
+    assert np.allclose(found.pole[found.pole.imag > 0.0], value, rtol=1e-9)

@@ -1,6 +1,6 @@
 """The running state of one machine to a tolerance, at any crank angle of its turn."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,14 @@ from vibecalc.numerics.periodic.panels import (
     running_integral,
 )
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray
-from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia, is_mounted, widest_panel
+from vibecalc.roll.mechanism import (
+    RollDrive,
+    RollMachine,
+    inertia,
+    is_mounted,
+    motor_torque,
+    widest_panel,
+)
 from vibecalc.roll.rates import (
     Demand,
     demand,
@@ -53,20 +60,27 @@ def motion_of_state(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -
     solution = state.solution
     passed, ends = running_integral(solution.edges, 1.0 / solution.stages[..., 0])
     clock = solution._replace(left=ends[:, :-1, None], stages=passed[..., None])
+    between = _between(state.turn)
 
     def at(angles: FloatArray) -> Turn:
         values = evaluate(state.solution, angles)
-        torque = driving_torque(machine, drive, values)
-        time = evaluate(clock, angles)[..., 0]
-        loose = _sampled(state.turn, angles)._replace(motor_torque=torque, time=time)
-        if is_mounted(machine):
-            return loose._replace(
-                crank_speed=values[..., 0], shell_angle=values[..., 1], shell_speed=values[..., 2]
-            )
-        moved = inertia(machine, angles[None])
         speed = values[..., 0]
-        shell = (state.momentum[:, None] - moved.coupling * speed) / moved.shell
-        return loose._replace(crank_speed=speed, shell_speed=shell)
+        if is_mounted(machine):
+            shell_angle, shell_speed = values[..., 1], values[..., 2]
+        else:
+            moved = inertia(machine, angles[None])
+            shell_angle = between(angles, ("shell_angle",))["shell_angle"]
+            shell_speed = (state.momentum[:, None] - moved.coupling * speed) / moved.shell
+        return Turn(
+            angles[None],
+            trapezoids(angles)[None],
+            period=state.turn.period,
+            time=evaluate(clock, angles)[..., 0],
+            crank_speed=speed,
+            shell_angle=shell_angle,
+            shell_speed=shell_speed,
+            motor_torque=driving_torque(machine, drive, values),
+        )
 
     return at
 
@@ -76,25 +90,45 @@ def speed_of_state(state: SteadyTurn) -> Callable[[FloatArray], FloatArray]:
     return lambda angles: np.asarray(evaluate(state.solution, angles)[0, :, 0])
 
 
+def torque_of_state(
+    machine: RollMachine, drive: RollDrive, state: SteadyTurn
+) -> Callable[[FloatArray], FloatArray]:
+    """Motor torque (k,) of one machine (B = 1) at crank angles (k,), N m, without all the rest."""
+
+    def at(angles: FloatArray) -> FloatArray:
+        values = evaluate(state.solution, angles)
+        torque = driving_torque(machine, drive, values)
+        if torque is None:
+            torque = motor_torque(machine, drive, values[..., 0]).value
+        return np.asarray(torque[0])
+
+    return at
+
+
 def motion_of_turn(turn: Turn) -> TurnMotion:
     """The motion between samples, by the cubic through four neighbours."""
-    return lambda angles: _sampled(turn, angles)
+    between, names = _between(turn), ("time", "crank_speed", "shell_speed", "shell_angle")
+    return lambda angles: Turn(
+        angles[None], trapezoids(angles)[None], period=turn.period, **between(angles, names)
+    )
 
 
-def _sampled(turn: Turn, angles: FloatArray) -> Turn:
+def _between(turn: Turn) -> Callable[[FloatArray, Sequence[str]], dict[str, FloatArray]]:
+    """Variables (1, k) of a turn at crank angles (k,), by the cubic through four neighbours."""
     sampled = turn.crank_angle[0]
     keep = _apart(sampled)
     grown = float(np.sum(turn.weight * turn.shell_speed / turn.crank_speed))
-    values = {
-        name: _cubic(sampled[keep], getattr(turn, name)[0][keep], per_turn, angles)[None]
-        for name, per_turn in (
-            ("time", float(turn.period[0])),
-            ("crank_speed", 0.0),
-            ("shell_speed", 0.0),
-            ("shell_angle", grown),
-        )
-    }
-    return Turn(angles[None], trapezoids(angles)[None], period=turn.period, **values)
+    per_turn = {"time": float(turn.period[0]), "shell_angle": grown}
+
+    def at(angles: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:
+        return {
+            name: _cubic(
+                sampled[keep], getattr(turn, name)[0][keep], per_turn.get(name, 0.0), angles
+            )[None]
+            for name in names
+        }
+
+    return at
 
 
 def _apart(angles: FloatArray) -> BoolArray:

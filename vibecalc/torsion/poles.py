@@ -26,10 +26,10 @@ from vibecalc.torsion.network import inverse_iteration
 # ----------------------------------------------------------------------------
 
 #: modes up to which all poles are eigenvalues of one matrix; of more, those of weak damping are
-#: each next to its mode
-MANY = 200
+#: each next to its mode, and those that damping couples more are eigenvalues of small ones
+MANY, COUPLED = 200, 50
 #: share of another mode in the shape of a pole up to which damping counts as weak
-WEAK = 0.3
+WEAK = 0.1
 #: part of |s|^2 x^H J x that springs hold of a motion that swings; 1 without loss factors. Rounding
 #: leaves EPSILON times the square of highest over lowest frequency where they hold nothing.
 _HELD = 0.1
@@ -115,7 +115,9 @@ def guesses(
 def _weakly_damped(line: Line, modes: Modes) -> tuple[ComplexArray, ComplexArray] | None:
     """Poles to first order in the damping, with shapes without it; None where that is too strong.
 
-    A step of inverse iteration from there costs less than the sum over the other modes would.
+    Modes that damping couples more, as two of nearly one frequency, are taken together, up to
+    `COUPLED` of them. A step of inverse iteration from there costs less than the sum over the other
+    modes would.
     """
     damping, w = modal_damping_matrix(line, modes), modes.frequency
     # of each mode the share of another one is w d / |w'^2 - w^2 + i w d|
@@ -123,11 +125,42 @@ def _weakly_damped(line: Line, modes: Modes) -> tuple[ComplexArray, ComplexArray
     away = w[:, None] * np.abs(damping)
     apart = np.hypot(w**2 - w[:, None] ** 2, w[:, None] * own)
     np.fill_diagonal(away, 0.0)
-    if np.any(away > WEAK * apart):
-        return None
+    pole, shape = 1j * w - 0.5 * own, modes.shape.astype(np.complex128)
+    for group in _groups(away > WEAK * apart):
+        found = _coupled(damping[np.ix_(group, group)], w[group]) if len(group) <= COUPLED else None
+        if found is None:
+            return None
+        pole[group], mixed = found
+        shape[group] = mixed.T @ (modes.shape[group] / np.sqrt(modes.modal_inertia[group])[:, None])
     moving = w > 0.0
-    pole = np.asarray((1j * w - 0.5 * own)[moving])
-    return pole, np.asarray(modes.shape[moving].T, dtype=np.complex128)
+    return np.asarray(pole[moving]), np.asarray(shape[moving].T)
+
+
+def _groups(coupled: BoolArray) -> list[IntArray]:
+    """Members of each group of several that pairs (m, m) join, directly or by way of others."""
+    one, other = np.nonzero(coupled | coupled.T)
+    label, before = np.arange(len(coupled)), np.zeros(len(coupled), dtype=np.int64)
+    while np.any(label != before):
+        before = label.copy()
+        np.minimum.at(label, one, before[other])
+    return [np.flatnonzero(label == least) for least in np.unique(label[one])]
+
+
+def _coupled(damping: FloatArray, w: FloatArray) -> tuple[ComplexArray, ComplexArray] | None:
+    """Poles (m,) by size and shapes (m, m), in modes with frequencies (m,) and damping (m, m).
+
+    None where not all of them vibrate.
+    """
+    unit, count = float(np.max(w)), len(w)
+    whole = np.eye(2 * count, k=count)
+    whole[count:, :count] = -np.diag(np.square(w / unit))
+    whole[count:, count:] = -damping / unit
+    value, vector = np.linalg.eig(whole)
+    swings = np.flatnonzero(value.imag > 1e-7 * np.abs(value))
+    if len(swings) != count:
+        return None
+    swings = swings[np.argsort(np.abs(value[swings]), kind="stable")]
+    return np.asarray(value[swings] * unit), np.asarray(vector[:count, swings])
 
 
 def mode_number(line: Line, pole: complex, count: int) -> int:

@@ -1,6 +1,7 @@
 """Golden comparison of two results, aware of what the numbers mean."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -243,7 +244,12 @@ def _verdicts(reference: Result, value: Result) -> list[ComparedRow]:
 def _apart(rows: Sequence[Verdict]) -> dict[tuple[object, ...], Verdict]:
     """Rows by what tells them apart, those that are alike in that by their number."""
     keys = [(row.quantity, str(row.where), row.element, row.limit, row.at) for row in rows]
-    return {(*key, keys[:i].count(key)): rows[i] for i, key in enumerate(keys)}
+    met: Counter[tuple[object, ...]] = Counter()
+    apart: dict[tuple[object, ...], Verdict] = {}
+    for key, row in zip(keys, rows, strict=True):
+        apart[*key, met[key]] = row
+        met[key] += 1
+    return apart
 
 
 def _at_samples_of(reference: Quantity, value: Quantity) -> Quantity:
@@ -306,7 +312,7 @@ def _structure(one: Quantity, other: Quantity) -> tuple[str, ...]:
 
 
 def _row(quantity: Quantity, kind: str, entries: Entries, problems: tuple[str, ...]) -> ComparedRow:
-    if not entries.labels:
+    if not entries.difference.size:
         return ComparedRow(path=quantity.path, kind=kind, unit=quantity.unit, problems=problems)
     difference, allowed = entries.difference, entries.allowed
     within = (difference <= allowed) & (difference < math.inf)
@@ -319,14 +325,14 @@ def _row(quantity: Quantity, kind: str, entries: Entries, problems: tuple[str, .
         path=quantity.path,
         kind=kind,
         unit=quantity.unit,
-        entry=entries.labels[worst],
+        entry=entries.label(worst),
         reference=_plain(entries.reference[worst]),
         value=_plain(entries.value[worst]),
         difference=float(difference[worst]),
         allowed=float(allowed[worst]),
         ratio=float(ratio[worst]),
         failed=int(np.count_nonzero(~within)),
-        entries=len(entries.labels),
+        entries=entries.difference.size,
         problems=problems,
     )
 

@@ -1,6 +1,7 @@
 """Comparisons that need a matching: modes by frequency and shape, curves by place."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from vibecalc.core.results.compare_rules import Entries, Pair, joined, scale_of, uncertainty
 from vibecalc.core.results.record import Axis, Quantity, Record
-from vibecalc.core.results.select import labels
+from vibecalc.core.results.select import label_of
 
 # ----------------------------------------------------------------------------
 # Modes of two results matched by frequency and shape, and what is compared over them.
@@ -94,20 +95,25 @@ def match_modes(
     usable = all(one is not None and np.isfinite(one).all() for one in shapes)
     usable = usable and len({one.shape[1] for one in shapes if one is not None}) == 1
     groups = _coinciding(left, repeated, error)
+    apart = np.zeros((len(groups), len(right)))
+    if usable and left_shapes is not None and right_shapes is not None:
+        apart = _shares_outside([left_shapes[list(group)] for group in groups], right_shapes)
     cost = np.empty((len(left), len(right)))
-    for group in groups:
+    for group, share in zip(groups, apart, strict=True):
         members = list(group)
         larger = np.maximum(np.abs(left[members, None]), np.abs(right[None, :]))
         far = np.abs(left[members, None] - right[None, :]) / np.maximum(larger, 1e-300)
         near_zero = larger <= _ZERO * max(scale_of(np.abs(left)), scale_of(np.abs(right)))
-        cost[members] = np.where(near_zero | ~np.isfinite(far), 0.0, far)
-        if usable and left_shapes is not None and right_shapes is not None:
-            cost[members] += outside(left_shapes[members], right_shapes)[None, :] ** 2
+        cost[members] = np.where(near_zero | ~np.isfinite(far), 0.0, far) + share
     partner: dict[int, int] = {}
+    taken: set[int] = set()
     for place in np.argsort(cost, axis=None, kind="stable"):
         one, other = divmod(int(place), len(right))
-        if one not in partner and other not in partner.values():
+        if one not in partner and other not in taken:
             partner[one] = other
+            taken.add(other)
+            if len(taken) == min(cost.shape):
+                break
     pairs = []
     for group in groups:
         matched = tuple(one for one in group if one in partner)
@@ -141,7 +147,7 @@ def by_spectrum(pair: Pair, match: ModeMatch) -> Entries:
         left = pair.left[list(members)].sum(axis=0)
         right = pair.right[list(others)].sum(axis=0)
         allowed = pair.allowed(np.abs(left), pair.axes, spread=float(len(members)))
-        names = labels(pair.axes, _mode_label(axis, members))
+        names = label_of(pair.axes, _mode_label(axis, members))
         parts.append(Entries(names, left, right, pair.apart(left, right), allowed))
     return joined(parts)
 
@@ -177,7 +183,9 @@ def by_mode_shape(pair: Pair, match: ModeMatch) -> Entries:
     with np.errstate(invalid="ignore"):
         met = scale * np.sqrt(np.maximum(1.0 - sine**2, 0.0))
         difference = np.where(np.isfinite(sine), np.hypot(sine, scale - 1.0), math.inf)
-    return Entries(tuple(names), np.ones(len(names)), met, difference, np.minimum(allowed, 0.5))
+    return Entries(
+        names.__getitem__, np.ones(len(names)), met, difference, np.minimum(allowed, 0.5)
+    )
 
 
 def _lengths(basis: np.ndarray, shapes: np.ndarray, sines: np.ndarray) -> np.ndarray:
@@ -201,14 +209,37 @@ def outside(basis: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     usable = np.isfinite(shapes).all(axis=1)
     shapes = np.where(usable[:, None], shapes, 0.0)
     lengths = np.linalg.norm(shapes, axis=1)
-    directions, sizes, _ = np.linalg.svd(basis.T, full_matrices=False)
-    directions = directions[:, sizes > 1e-12 * max(float(sizes.max(initial=0.0)), 1e-300)]
+    directions = _directions(basis)
     remainder = shapes.T - directions @ (np.conj(directions.T) @ shapes.T)
     # once more: the first leaves round-off
     remainder -= directions @ (np.conj(directions.T) @ remainder)
     share = np.linalg.norm(remainder, axis=0) / np.where(lengths > 0, lengths, 1.0)
     share = np.where(lengths > 0, share, float(directions.shape[1] >= len(basis)))
     return np.where(usable, share, math.inf)
+
+
+def _directions(basis: np.ndarray) -> np.ndarray:
+    """Orthonormal directions (c, r) of the span of `basis` (m, c), r <= m."""
+    directions, sizes, _ = np.linalg.svd(basis.T, full_matrices=False)
+    return np.asarray(directions[:, sizes > 1e-12 * max(float(sizes.max(initial=0.0)), 1e-300)])
+
+
+def _shares_outside(bases: Sequence[np.ndarray], shapes: np.ndarray) -> np.ndarray:
+    """Squares (groups, k) of what `outside` gives for each of many bases; all entries are finite.
+
+    One product of matrices gives what lies inside. One minus that has lost the digits of a small
+    share, which decides nothing about who belongs together.
+    """
+    lengths = np.linalg.norm(shapes, axis=1)
+    units = shapes / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    spans = [_directions(basis) for basis in bases]
+    inside = np.abs(np.concatenate(spans, axis=1).conj().T @ units.T) ** 2
+    ends = np.cumsum([span.shape[1] for span in spans])
+    found = np.empty((len(bases), len(shapes)))
+    for place, (basis, span, end) in enumerate(zip(bases, spans, ends, strict=True)):
+        share = np.maximum(1.0 - inside[end - span.shape[1] : end].sum(axis=0), 0.0)
+        found[place] = np.where(lengths > 0.0, share, float(span.shape[1] >= len(basis)))
+    return found
 
 
 def _coinciding(frequencies: np.ndarray, repeated: float, error: float) -> list[tuple[int, ...]]:
@@ -279,7 +310,7 @@ def by_curve(pair: Pair, name: str) -> tuple[Entries, tuple[str, ...]]:
         difference = _distances(pair, x[within], y[within], other_x, other_y, shift, limit, met)
         shown = (y[within], met) if axis is axes[0] else (met, y[within])
         one, other = (side.real if real else side for side in shown)
-        names = labels((replace(axis, values=np.asarray(axis.values)[within]), *pair.axes))
+        names = label_of((replace(axis, values=np.asarray(axis.values)[within]), *pair.axes))
         parts.append(Entries(names, one, other, difference, limit))
     ends = [(side.min(), side.max()) for side in (x_left, x_right)]
     if all(abs(one - other) <= shift for one, other in zip(*ends, strict=True)):

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.results.record import Axis, Quantity, Record
-from vibecalc.core.results.select import LABEL_RTOL, STANDARD_ERRORS, entry_text, labels, nearest
+from vibecalc.core.results.select import LABEL_RTOL, STANDARD_ERRORS, entry_text, label_of, nearest
 from vibecalc.core.results.text_files import LARGEST, text_file
 from vibecalc.errors import UnitError, UsageError
 
@@ -206,9 +206,12 @@ _OPTIMISED = "optimisation/variable/"
 
 
 class Entries(NamedTuple):
-    """Compared entries, flat: labels, reference, value, how far apart, and how far they may be."""
+    """Compared entries, flat: reference, value, how far apart, and how far they may be.
 
-    labels: tuple[str, ...]
+    `label` writes which entry the one at a place is: that of the worst is all that anybody reads.
+    """
+
+    label: Callable[[int], str]
     reference: np.ndarray
     value: np.ndarray
     difference: np.ndarray
@@ -217,10 +220,15 @@ class Entries(NamedTuple):
 
 def joined(parts: Sequence[Entries]) -> Entries:
     """The entries of all parts."""
-    names = tuple(name for part in parts for name in part.labels)
     rows = [(part.reference, part.value, part.difference, part.allowed) for part in parts]
     columns = zip(*(rows or [(np.empty(0),) * 4]), strict=True)
-    return Entries(names, *(np.concatenate([one.ravel() for one in column]) for column in columns))
+    ends = np.cumsum([part.reference.size for part in parts])
+
+    def label(place: int) -> str:
+        part = int(np.searchsorted(ends, place, side="right"))
+        return parts[part].label(place - (int(ends[part - 1]) if part else 0))
+
+    return Entries(label, *(np.concatenate([one.ravel() for one in column]) for column in columns))
 
 
 class Pair(NamedTuple):
@@ -428,7 +436,7 @@ def is_number(quantity: Quantity) -> bool:
 
 def by_value(pair: Pair) -> Entries:
     """Each entry for itself; complex entries are points in the plane, names equal or not."""
-    left, right, names = pair.left.ravel(), pair.right.ravel(), labels(pair.axes)
+    left, right, names = pair.left.ravel(), pair.right.ravel(), label_of(pair.axes)
     if not is_number(pair.reference):
         difference = np.where(left.astype(str) == right.astype(str), 0.0, math.inf)
         return Entries(names, left, right, difference, np.zeros(left.shape))
@@ -444,7 +452,7 @@ def by_vector(pair: Pair) -> Entries:
     left, right, difference = (np.linalg.norm(np.abs(side), axis=-1) for side in sides)
     axes = pair.axes[:-1]
     allowed = pair.allowed(left, axes, spread=math.sqrt(pair.left.shape[-1]))
-    return Entries(labels(axes), *(one.ravel() for one in (left, right, difference, allowed)))
+    return Entries(label_of(axes), *(one.ravel() for one in (left, right, difference, allowed)))
 
 
 def by_phase(pair: Pair, period: float) -> Entries:
@@ -453,14 +461,14 @@ def by_phase(pair: Pair, period: float) -> Entries:
     Of complex entries the angle counts, where the reference is above the amplitude floor; the
     error estimates turn a phase by themselves over the amplitude.
     """
-    names, left, right = labels(pair.axes), pair.left.ravel(), pair.right.ravel()
+    left, right = pair.left.ravel(), pair.right.ravel()
+    label, places = label_of(pair.axes), np.arange(left.size)
     margin = pair.atol("rad") + pair.rtol
     size = scale_of(np.abs(left)) if np.iscomplexobj(left) else 1.0
     errors = pair.uncertainty(pair.rtol * size)
     if np.iscomplexobj(left) and np.iscomplexobj(right):
-        significant = np.flatnonzero(np.abs(left) > (pair.rule.floor or 0.0) * size)
-        left, right = left[significant], right[significant]
-        names = tuple(names[position] for position in significant)
+        places = np.flatnonzero(np.abs(left) > (pair.rule.floor or 0.0) * size)
+        left, right = left[places], right[places]
         # A value of zero has no phase: as far off as can be.
         turned = np.where(right == 0, math.pi, np.abs(np.angle(right * np.conj(left))))
         allowed = margin + errors / np.abs(left)
@@ -475,4 +483,4 @@ def by_phase(pair: Pair, period: float) -> Entries:
         )
     same = (left == right) | (np.isnan(left) & np.isnan(right) & bool(pair.rule.nan_equal))
     difference = np.where(same, 0.0, np.where(np.isfinite(turned), turned, math.inf))
-    return Entries(names, left, right, difference, allowed)
+    return Entries(lambda place: label(int(places[place])), left, right, difference, allowed)

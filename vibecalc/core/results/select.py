@@ -1,7 +1,6 @@
 """Picks entries of a quantity along its named axes, as `where` in references and limits does."""
 
-import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
@@ -45,14 +44,11 @@ class Selection(NamedTuple):
     @property
     def labels(self) -> tuple[str, ...]:
         """One text per entry of `values`, in C order, naming all axes: "mount=2, order=1"."""
-        return labels(self.axes)
+        return tuple(map(label_of(self.axes), range(self.values.size)))
 
     def label(self, place: int) -> str:
         """That of one entry, by its place in C order."""
-        at = np.unravel_index(place, tuple(len(axis.values) for axis in self.axes))
-        one = [replace(axis, values=np.asarray(axis.values)[[int(i)]])
-               for axis, i in zip(self.axes, at, strict=True)]  # fmt: skip
-        return labels(one)[0]
+        return label_of(self.axes)(place)
 
 
 def select(quantity: Quantity, where: Where) -> Selection:
@@ -213,14 +209,19 @@ def scalar(quantity: Quantity, where: Where) -> float | complex:
     return complex(only) if np.iscomplexobj(values) else float(only)
 
 
-def labels(axes: Sequence[Axis], prefix: str = "") -> tuple[str, ...]:
-    """One label per entry of an array over `axes`, in C order: `mount=2, order=1`."""
-    texts = [
-        [f"{axis.name}={entry_text(axis, position)}" for position in range(len(axis.values))]
-        for axis in axes
-    ]
-    start = [prefix] if prefix else []
-    return tuple(", ".join([*start, *parts]) for parts in itertools.product(*texts))
+def label_of(axes: Sequence[Axis], prefix: str = "") -> Callable[[int], str]:
+    """What labels each entry of an array over `axes`, in C order: `mount=2, order=1`."""
+    shape = tuple(len(axis.values) for axis in axes)
+
+    def label(place: int) -> str:
+        positions = np.unravel_index(place, shape)
+        texts = [
+            f"{axis.name}={entry_text(axis, int(position))}"
+            for axis, position in zip(axes, positions, strict=True)
+        ]
+        return ", ".join([prefix, *texts] if prefix else texts)
+
+    return label
 
 
 def entry_text(axis: Axis, position: int) -> str:

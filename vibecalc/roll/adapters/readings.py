@@ -13,7 +13,12 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.rates import demand
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
-from vibecalc.roll.running import TurnMotion, motion_of_state, speed_of_state
+from vibecalc.roll.running import (
+    TurnMotion,
+    motion_of_state,
+    speed_of_state,
+    torque_of_state,
+)
 from vibecalc.roll.steady import SteadyTurn
 from vibecalc.roll.turn import (
     Turn,
@@ -47,7 +52,8 @@ _Read = TypeVar("_Read")
 class MachineTurn(NamedTuple):
     """One machine (B = 1) with its turn, and its motion at any angle.
 
-    `speed` is the crank speed alone at any angle, where the points of the turn show its peaks.
+    `speed` is the crank speed alone at any angle, where the points of the turn show its peaks, and
+    `torque` that of the motor; without, they are read off the motion.
     """
 
     machine: RollMachine
@@ -55,13 +61,15 @@ class MachineTurn(NamedTuple):
     turn: Turn
     motion: TurnMotion
     speed: Callable[[FloatArray], FloatArray] | None = None
+    torque: Callable[[FloatArray], FloatArray] | None = None
 
 
 def machine_turn(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> MachineTurn:
     """What is seen of a state found by collocation."""
     motion = motion_of_state(machine, drive, state)
     speed = speed_of_state(state) if state.points >= _RESOLVED else None
-    return MachineTurn(machine, drive, state.turn, motion, speed)
+    torque = torque_of_state(machine, drive, state)
+    return MachineTurn(machine, drive, state.turn, motion, speed, torque)
 
 
 class Value(NamedTuple):
@@ -241,7 +249,7 @@ def extremes_of(solved: MachineTurn) -> dict[str, Value]:
         read = readings(solved.machine, solved.drive, solved.motion(angles))
         return np.asarray(read.motor_torque[0])
 
-    most, left = peak(torque)
+    most, left = peak(solved.torque or torque)
     return {
         "largest_torque": Value(most, abs(most), left),
         "speed_variation": Value((fast + slow) / speed, 1.0, (one + other) / speed),
