@@ -12,6 +12,7 @@ import pytest
 from dense_curve_line import text, values
 from engine_cases import ran
 from long_but import long_but
+from report_samples import golden
 from shipped_cases import ROOT, result_of
 
 from vibecalc.core.report.calculation import limit_table
