@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import UNDECIDED
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
@@ -157,3 +159,17 @@ def test_a_force_that_is_no_measure_of_what_arrives_has_no_efficiency(tmp_path: 
     (words,) = (one for one in record.warnings if one.startswith("no isolation efficiency"))
     assert f"of the force: the rigidly mounted machine passes on {acts:.4g} N r.m.s." in words
     assert f"{arrives:.4g} N r.m.s. on the ground come from its other loads" in words
+
+
+def test_a_limit_on_what_is_left_out_is_undecided(tmp_path: Path) -> None:
+    """Equal pistons: nothing acts, so that there is no share; its limit loses no report."""
+    limit = f'[[limit]]\nquantity = "{ROOT}/force/rms"\nmin = "90 %"\n'
+    (tmp_path / "boxer.toml").write_text(BOXER.replace("1.000001", "1.0") + limit)
+    result = execute(load_checked([tmp_path / "boxer.toml"])[0])
+    (words,) = (one for one in result.record.warnings if "no isolation efficiency" in one)
+    assert "the rigidly mounted machine passes on 0 N r.m.s." in words
+    (row,) = verdicts_of(result)
+    assert (row.state, row.decided_by) == (UNDECIDED, "a run that does not leave it out")
+    assert "is undecided: a run that does not leave it out would decide it" in " ".join(
+        render_report(result).split()
+    )

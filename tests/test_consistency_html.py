@@ -279,7 +279,7 @@ def test_a_range_that_may_not_be_barred_breaks_the_limit() -> None:
     result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/utilisation"
     found = changed(result, f"{ROOT_PATH}exceeded/permitted", [0.0, 1.0])
     assert next(one for one in verdicts_of(found) if one.quantity == path).state == BROKEN
-    assert flags(found) == ["BROKEN", "barred range"]
+    assert flags(found) == ["BROKEN", "barred"]
 
 
 @pytest.mark.parametrize(

@@ -73,10 +73,8 @@ def pairs(found: Results, case) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
         low, high = (now.gear_mean + one for one in ends(order, now.gear))
         yield "gear/mean_torque", found["gear/mean_torque"], now.gear_mean
         yield "gear/alternating_torque", found["gear/alternating_torque"], 0.5 * (high - low)
-        least = np.where(now.gear_mean < 0.0, -high, low)
-        carries = np.abs(now.gear_mean) > 1e-9 * np.abs(now.gear_mean).max(initial=0.0)
-        has = np.where(carries, found["gear/minimum_torque"], 0.0)
-        yield "gear/minimum_torque", has, np.where(carries, least, 0.0)
+        path = "gear/minimum_torque"
+        yield path, *least_of_gears(found[path], order, now)
     if "modes/undamped_frequency" in found and not _varies(case):
         undamped = found["modes/undamped_frequency"]
         yield "modes/undamped_frequency", undamped**2, line.undamped(speed) ** 2
@@ -86,8 +84,21 @@ def pairs(found: Results, case) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     yield "speeds/torque_half_range", found["speeds/torque_half_range"], seen
     if "conditions/torque_half_range" in found:
         out = [{}, *({one["name"]: 0.0} for one in line.train["cylinders"])]
-        worst = np.array([half_range(order, line.at(speed, one).torque) for one in out])
+        each = [line.at(speed, one) for one in out]
+        worst = np.array([half_range(order, one.torque) for one in each])
         yield "conditions/torque_half_range", found["conditions/torque_half_range"], worst
+        if line.gears:
+            path = "conditions/gear_minimum_torque"
+            rows = zip(found[path], each, strict=True)
+            yield path, *np.moveaxis([least_of_gears(has, order, now) for has, now in rows], 1, 0)
+
+
+def least_of_gears(has, order, now) -> tuple[np.ndarray, np.ndarray]:
+    """Least torques (gears,) that the program has, and by the equations, of gears with a mean."""
+    low, high = (now.gear_mean + one for one in ends(order, now.gear))
+    least = np.where(now.gear_mean < 0.0, -high, low)
+    carries = np.abs(now.gear_mean) > 1e-9 * np.abs(now.gear_mean).max(initial=0.0)
+    return np.where(carries, has, 0.0), np.where(carries, least, 0.0)
 
 
 def _varies(case) -> bool:

@@ -290,7 +290,8 @@ def test_a_bound_may_be_a_temperature() -> None:
         ({"min": 1.0, "max": 5.0}, 0.8), ({"min": 3.5, "max": 80.0}, 0.875),
         ({"min": 1.0, "max": 80.0}, 0.25), ({"min": -1.0, "max": 5.0}, 0.8),
         ({"min": 3.0, "max": 100.0}, 0.75), ({"min": 0.0}, None), ({"max": 0.0}, None),
-        ({"min": -4.5, "max": 80.0}, None),
+        ({"min": -4.5, "max": 80.0}, None), ({"max": "800 %"}, 0.5), ({"max": "200 %"}, 2.0),
+        ({"min": "300 %"}, 0.75), ({"min": "800 %"}, 2.0),
     ],
 )  # fmt: skip
 def test_the_share_of_a_limit_is_that_of_its_nearer_side(
@@ -302,6 +303,8 @@ def test_the_share_of_a_limit_is_that_of_its_nearer_side(
     record = replace(result.record, quantities=result.record.quantities | {path: four})
     row = judge(replace(result, record=record), {"quantity": path, **bounds})
     assert (row.utilisation == pytest.approx(share)) if share else np.isnan(row.utilisation)
+    if share:
+        assert row.state == (KEPT if share <= 1.0 else BROKEN)
     shown = limit_table([row])[0].splitlines()[-1].split()[-2]
     assert (float(shown) == pytest.approx(100.0 * share)) if share else shown == "-"
 

@@ -26,6 +26,7 @@ from report_samples import (
 from rich.console import Console
 
 from vibecalc.core.report.brief import lines_of
+from vibecalc.core.report.sections import largest_of
 from vibecalc.core.report.terminal import plain_summary, summary
 from vibecalc.core.report.text import render_report, render_verdicts, report_lines, sections_of
 from vibecalc.core.report.writing import (
@@ -223,3 +224,15 @@ def test_headlines_are_results_in_units_that_fit() -> None:
         assert math.isfinite(convert(1.0, held.unit, one.unit or held.unit)), path
         assert {one.at, one.unless} - {""} <= set(CATALOGUE), path
         assert one.pick in ("largest", "least", "each", "first", "ends", "elastic", "present"), path
+
+
+@pytest.mark.parametrize(
+    ("values", "largest"),
+    [
+        ([-3.0, 2.0], -3.0), ([2.0, -1.0], 2.0), ([-5.0, -4.0], -5.0), ([0.0, -0.0], 0.0),
+        ([1.0, -1.0 - 1e-12], 1.0), ([-np.inf, 1.0], -np.inf),
+    ],
+)  # fmt: skip
+def test_the_largest_of_an_array_keeps_its_sign(values: list[float], largest: float) -> None:
+    """Both signs of one size, as rounding leaves them, are the positive one on every processor."""
+    assert largest_of(np.array(values)) == largest

@@ -135,7 +135,7 @@ class TorqueReaction(Group):
     ROOT: ClassVar[str] = "isolation/torque_reaction"
     couple: Any = q("order", "N*m", "reaction couple about the crankshaft, gas and inertia", PEAK)
     mean_couple: Any = lead("", "N*m", "torque reaction, mean")
-    roll_peak: Any = lead("", "rad", "body roll due to torque, peak", PEAK, read="mrad")
+    roll_peak: Any = lead("", "rad", "body roll, all loads, peak", PEAK, read="mrad")
     nearest_order: Any = q("mode", "", "nearest order that excites the mode; 0: none")
     margin: Any = q("mode", "", "frequency of that order / natural frequency - 1")
 

@@ -547,6 +547,7 @@ CONDITION_ENTRIES = under(
     *(entry(f"{of}_half_range", f"condition {axis}", unit, f"{_HERE}, {_HALF}")
       for of, axis, unit in _OF_CONDITIONS),
     entry("irregularity", "condition station", "", f"{_HERE}, {_DEGREE}"),
+    entry("gear_minimum_torque", "condition gear", "N*m", f"{_HERE}, {_LEAST_OF_GEAR}"),
     entry("mean_torque", "condition", "N*m", "of all cylinders at that speed"),
     *(entry(f"speeds/{of}_half_range", f"{axis} speed", unit, _WORST,
             curve="worst_condition" * (of != "torque"))

@@ -223,6 +223,7 @@ def _curves(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Sta
         (any(one.pole_pairs for one in torsion.irregularity), "/electrical_angle"),
         (any(shaft.has_stress for shaft in line.shafts), "/stress"),
         (torsion.irregularity, "/conditions/irregularity"),
+        (line.gears, "/conditions/gear_minimum_torque"),
         (coupling_limits(case), "/coupling/"),
     )
 

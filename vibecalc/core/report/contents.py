@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.report.sections import largest_of, magnitudes
 from vibecalc.core.report.text import identity
 from vibecalc.core.report.writing import finite, heading, number, pairs, show, table, text_of
 from vibecalc.core.results.record import Quantity, Result
@@ -57,9 +58,8 @@ def _size(quantity: Quantity) -> str:
         return str(values.item()) if values.ndim == 0 else ""
     if values.ndim == 0:
         return show(values.item(), quantity.error_estimate)
-    size = np.abs(values)
-    known = size[np.isfinite(size)]
-    return show(float(known.max()), quantity.error_estimate) if known.size else "none"
+    known = magnitudes(quantity)[np.isfinite(values)]
+    return show(largest_of(known), quantity.error_estimate) if known.size else "none"
 
 
 def _axes(quantity: Quantity) -> str:

@@ -6,10 +6,15 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
-import numpy as np
-
 from vibecalc.core.report.defects import failed_parts, survived
-from vibecalc.core.report.sections import Section, magnitudes, read_as, section, table_of
+from vibecalc.core.report.sections import (
+    Section,
+    largest_of,
+    magnitudes,
+    read_as,
+    section,
+    table_of,
+)
 from vibecalc.core.report.verdicts import (
     KNOWN,
     MEASURED,
@@ -343,8 +348,8 @@ def accuracy(result: Result) -> Section | None:
     rows = []
     for one in (one for one in result.record.values() if one.values.size):
         values, error = magnitudes(one), one.error_estimate
-        largest = float(np.max(np.abs(values))) if values.dtype.kind in "biuf" else 0.0
-        cells = show(largest, error), one.unit, show_error(error), _shown_ratio(one, largest)
+        top = largest_of(values) if values.dtype.kind in "biuf" else 0.0
+        cells = show(top, error), one.unit, show_error(error), _shown_ratio(one, abs(top))
         rows.append([one.path, *cells])
     rtol = table_of(result.case, "accuracy").get("rtol")
     title = "Accuracy: error estimates" + ("" if rtol is None else f" (requested: rtol = {rtol:g})")

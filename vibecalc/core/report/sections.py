@@ -32,6 +32,12 @@ def magnitudes(quantity: Quantity) -> np.ndarray:
     return np.abs(values) if np.iscomplexobj(values) else values
 
 
+def largest_of(values: np.ndarray) -> float:
+    """The one of the largest magnitude, with its sign; of two that rounding parts the positive."""
+    low, high = float(np.min(values)), float(np.max(values))
+    return low if -low > (1.0 + 1e-9) * max(high, 0.0) else high
+
+
 def scalar_of(record: Record, path: str) -> float | None:
     """A scalar quantity as a float, None if the record does not have it as one."""
     quantity = record.quantities.get(path)

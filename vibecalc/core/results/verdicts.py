@@ -158,10 +158,11 @@ def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
         raise ResultError(f"a [[limit]] on {entry['quantity']} has neither max nor min")
     unit = read_printed(said, default_unit=own).unit
     unit = own if unit in SHIFTED else unit
-    bounds = bounds_of(entry, own or unit)
-    limits = {bound.side: convert(bound.value, own or unit, unit) for bound in bounds}
+    known = unit if quantity is None else own
+    bounds = bounds_of(entry, known)
+    limits = {bound.side: convert(bound.value, known, unit) for bound in bounds}
     computed, off, label, margin, share = math.nan, math.nan, "", -math.inf, math.nan
-    state, decided_by = UNDECIDED, "a [[find]] that finds it"
+    state, decided_by = UNDECIDED, _what_finds(result, entry)
     if quantity is not None:
         sides = []
         for bound in bounds:
@@ -299,10 +300,24 @@ def asked(result: Result, entry: Mapping[str, Any], table: str) -> Quantity:
 
 
 def not_found(result: Result, entry: Mapping[str, Any]) -> bool:
-    """Whether a row of the case names something of a [[find]] that found nothing."""
+    """Whether a row of the case names something of a [[find]] that found nothing, or a result that
+    the run left out with a warning, as of an efficiency where nothing acts."""
     path = str(entry["quantity"])
-    names = {f"find/{search['name']}" for search in entries(result, "find")}
-    return path not in result.record and path.rsplit("/", 1)[0] in names
+    if path in result.record:
+        return False
+    planned = {one for stage in result.plan for one in stage.get("quantities", "").split(", ")}
+    return path in planned or _is_sought(result, path)
+
+
+def _is_sought(result: Result, path: str) -> bool:
+    return path.rsplit("/", 1)[0] in {f"find/{one['name']}" for one in entries(result, "find")}
+
+
+def _what_finds(result: Result, entry: Mapping[str, Any]) -> str:
+    """What would decide a limit on something that the result does not have."""
+    if _is_sought(result, str(entry["quantity"])):
+        return "a [[find]] that finds it"
+    return "a run that does not leave it out"
 
 
 @contextmanager

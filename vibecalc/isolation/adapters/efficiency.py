@@ -85,10 +85,12 @@ def has_share(
     Of root mean squares. Where the `own` part of what arrives is next to nothing there is not: a
     warning says so.
     """
-    if not held.value.value > 4.0 * held.rounding:
+    none, nothing = (not one.value.value > 4.0 * one.rounding for one in (held, ground))
+    if none and nothing:
         return False
-    if is_swamped(held.value, ground.value, own.value.value):
-        acts, arrives = (f"{float(one.value.value):.4g} {unit}" for one in (held, ground))
+    if none or is_swamped(held.value, ground.value, own.value.value):
+        values = 0.0 if none else float(held.value.value), float(ground.value.value)
+        acts, arrives = (f"{one:.4g} {unit}" for one in values)
         scene.warn(
             f"no isolation efficiency of the {words}: the rigidly mounted machine passes on "
             f"{acts} r.m.s., and the {arrives} r.m.s. on the ground come from its other loads"

@@ -32,6 +32,7 @@ from vibecalc.torsion.adapters.setup import (
     motored_torque,
     with_gas,
 )
+from vibecalc.torsion.adapters.speeds import LEAST
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.critical_speeds import rough_range
 from vibecalc.torsion.question_tables import condition_names
@@ -125,6 +126,8 @@ def run_torsion_conditions(scene: Scene) -> None:
     for name in (TORQUE, STRESS, ANGLE):
         if name in known:
             each(name, known[name])
+    if setup.shaft.gears:
+        each(LEAST, known[LEAST])
     mean = stack([one.drive.mean_torque(at).sum()[0] for one in lines], axis=0)
     scene.emit(f"{CONDITIONS}/mean_torque", mean, axes=axes)
     if setup.torsion.irregularity:

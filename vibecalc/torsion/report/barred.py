@@ -74,8 +74,8 @@ def ranges_in_words(result: Result, variant: str = "") -> list[str]:
         verb = "are" if len(barred) > 1 else "is"
         words.append(f"{lead}{joined(barred)} {verb} barred for continuous operation")
     if not_:
-        why = "a limit for continuous operation is exceeded and barring is not permitted"
-        words.append(f"{lead}the line is not acceptable from {joined(not_)}, where {why}")
+        why = "a limit for continuous operation is exceeded within, and barring is not permitted"
+        words.append(f"{lead}the line is not acceptable from {joined(not_)}: {why}")
     return words
 
 

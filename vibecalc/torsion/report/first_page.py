@@ -30,6 +30,7 @@ from vibecalc.torsion.report.conditions import (
 )
 from vibecalc.torsion.report.limits import (
     AT_SPEED,
+    CONDITION_LEAST,
     FLAGS,
     PASSING,
     TRANSIENT_LEAST,
@@ -376,7 +377,9 @@ def _of_gears(result: Result) -> Iterator[str]:
         if "gear" not in row.where or not row.element or row.state != BROKEN:
             continue
         found = places.setdefault(row.element, [])
-        if row.limit.endswith(AT_SPEED):
+        if row.quantity == CONDITION_LEAST:
+            found.append(f"at the operating speed with {row.condition}")
+        elif row.limit.endswith(AT_SPEED):
             found.insert(0, "at the operating speed")
         elif row.quantity == TRANSIENT_LEAST:
             found.append("in the transient")

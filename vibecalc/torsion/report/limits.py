@@ -372,7 +372,7 @@ def limit_verdicts(result: Result) -> Iterator[Verdict]:
     What holds at all speeds of the range has no row of its own for the operating speed within it.
     """
     words = f"misfire of cylinder {joined(ill)}" if (ill := silent(result)) else ""
-    for part in (_by_use, _of_gears, _separated):
+    for part in (_by_use, _of_gears, _in_conditions, _separated):
         for row in part(result):
             yield row if row.condition else row._replace(condition=words)
     for row in _in_transient(result):
@@ -625,25 +625,42 @@ def _of_gears(result: Result) -> Iterator[Verdict]:
             )  # fmt: skip
 
 
-#: the least torque of each gear in a transient
+#: the least torque of each gear in a transient, and in each condition of the cylinders
 TRANSIENT_LEAST = f"{TORSION}transient/gear_minimum_torque"
+CONDITION_LEAST = f"{TORSION}conditions/gear_minimum_torque"
 
 
 def _in_transient(result: Result) -> Iterator[Verdict]:
     """No reversal of the torque of teeth in a transient; undecided where its error leaves it."""
-    found = having(result.record, TRANSIENT_LEAST, "gear")
+    if (found := having(result.record, TRANSIENT_LEAST, "gear")) is not None:
+        for name in labels(found.axes[0]):
+            yield _reversal(result, found, {"gear": name}, "no torque reversal", "transient")
+
+
+def _in_conditions(result: Result) -> Iterator[Verdict]:
+    """No reversal of the torque of teeth in the condition where it is least, if not all fire."""
+    found = having(result.record, CONDITION_LEAST, "condition", "gear")
     if found is None:
         return
-    entries, (factor, unit) = numbers(found, {}), torque_unit(result.record)
-    for place, name in enumerate(labels(found.axes[0])):
-        low, off = float(entries.values[place]), float(entries.errors[place])
-        state = state_of(low, off, 0.0)
-        yield Verdict(
-            found.path, {"gear": name}, "sign of the tooth torque", 0.0, None, read(unit),
-            factor * low, f"gear={name}", Estimate(factor * off, 0.0), factor * low, state,
-            decided_by=remedy(found, result.case) if state == UNDECIDED else "", element=name,
-            limit="no torque reversal", condition="transient", status="informative",
-        )  # fmt: skip
+    named, worst = labels(found.axes[0]), np.argmin(found.values, axis=0)
+    for name, place in zip(labels(found.axes[1]), worst, strict=True):
+        if place > 0:
+            where = {"condition": named[place], "gear": name}
+            words = f"{condition_words(named[place])} (worst of {len(named)} conditions)"
+            yield _reversal(result, found, where, f"no torque reversal, {AT_SPEED}", words)
+
+
+def _reversal(result: Result, found: Quantity, where: Where, limit: str, condition: str) -> Verdict:
+    """The row of the least torque of the teeth of one gear."""
+    entry, (factor, unit) = numbers(found, where), torque_unit(result.record)
+    low, off = float(np.ravel(entry.values)[0]), float(np.ravel(entry.errors)[0])
+    state = state_of(low, off, 0.0)
+    return Verdict(
+        found.path, where, "sign of the tooth torque", 0.0, None, read(unit), factor * low,
+        ", ".join(f"{axis}={one}" for axis, one in where.items()), Estimate(factor * off, 0.0),
+        factor * low, state, decided_by=remedy(found, result.case) if state == UNDECIDED else "",
+        element=where["gear"], limit=limit, condition=condition, status="informative",
+    )  # fmt: skip
 
 
 def _least(record: Record, path: str, gear: int) -> tuple[float, float, float | None]:
