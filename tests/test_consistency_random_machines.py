@@ -20,10 +20,11 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 
-#: of 300 machines those that have all kinds of parts, tables and laws together; the rest are long
-USUAL = (19, 52, 64, 114, 125, 126, 149, 272, 276)
+#: of 300 machines those that have all kinds of parts, tables and laws together, and one whose
+#: highest motion is parted by a kink from the end of its run-up; the rest are long
+USUAL = (19, 52, 64, 114, 122, 125, 126, 149, 272, 276)
 #: of these with all orders and searches over speed
-DEEP = (52, 64, 125)
+DEEP = (52, 64, 122, 125)
 #: paths, or their ends, that are not compared, and why
 UNCOMPARED = {
     "speed": "the result at that speed is compared; the place of a flat maximum is no number",

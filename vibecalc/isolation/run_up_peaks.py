@@ -162,8 +162,7 @@ def _climbed(
     done = []
     for _ in range(_STEPS):
         here = _branch(jets(speed, row[which]), orders, angle)
-        step, turned, concave = _step(here, reach[which], float(np.max(orders)))
-        gain = 0.5 * (here.slope * step + here.turn * turned)
+        step, turned, concave, gain = _step(here, reach[which], float(np.max(orders)))
         np.maximum.at(most, which, here.h)
         angle, speed = angle + turned, np.clip(speed + step, low[which], high[which])
         may = ~concave | (gain > _NEAR * here.h)
@@ -182,9 +181,10 @@ def _climbed(
 
 def _step(
     here: _Branch, reach: np.ndarray, highest: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Newton's steps in speed and angle, turned upwards where a branch is not concave, and if it
-    is; no longer than a share of the `reach`, and of a wave of the highest order."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Newton's steps in speed and angle, turned upwards where a branch is not concave, if it is,
+    and what the whole step promises of `h`; steps are no longer than a share of the `reach`, and of
+    a wave of the highest order."""
     scale = 1.0 / np.where(here.h > 0.0, here.h, 1.0)
     v, a = here.slope * reach * scale, here.turn / highest * scale
     vv, va = here.vv * np.square(reach) * scale, here.va * reach / highest * scale
@@ -200,7 +200,8 @@ def _step(
     concave = middle + spread < 0.0
     longest = np.where(concave, np.abs(step_v), np.hypot(step_v, step_a)) / _PART
     part = 1.0 / np.maximum(longest, 1.0)
-    return part * step_v * reach, part * step_a / highest, concave
+    gain = 0.5 * (v * step_v + a * step_a) / scale
+    return part * step_v * reach, part * step_a / highest, concave, gain
 
 
 def _polished(
