@@ -143,7 +143,7 @@ def half_ranges(system: VariableLine, speed: float, steady: SteadyTwist) -> Boun
 
 def with_mean_inertias(setup: Setup, speed: FloatArray) -> Bounded:
     """Half ranges (s, e) of the torque at speeds (s,) as usually computed; infinite undamped."""
-    return readings_of(setup)[TORQUE].of(Motion(setup, speed))
+    return readings_of(setup)[TORQUE].of(Motion(setup, speed, bounded=True))
 
 
 def relative_change(constant: Bounded, varying: Bounded) -> Bounded:
