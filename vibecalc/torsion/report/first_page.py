@@ -28,12 +28,10 @@ from vibecalc.torsion.report.conditions import (
     VARIANTS,
     variant_words,
 )
+from vibecalc.torsion.report.gears import AT_SPEED, CONDITION_LEAST, TRANSIENT_LEAST
 from vibecalc.torsion.report.limits import (
-    AT_SPEED,
-    CONDITION_LEAST,
     FLAGS,
     PASSING,
-    TRANSIENT_LEAST,
     crank_places,
     flags,
     formulas,
