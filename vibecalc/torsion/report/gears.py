@@ -1,6 +1,7 @@
 """Limits of gears: the torque of the teeth keeps its sign, also in transients and conditions."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,6 @@ def covered(result: Result, state: str | None) -> bool:
 def of_gears(result: Result) -> Iterator[Verdict]:
     """No reversal of the torque of teeth: over the speeds, and at the operating one."""
     record = result.record
-    factor, unit = torque_unit(record)
     loud = having(record, f"{TORSION}speeds/gear_hammers", "gear", "speed")
     here = having(record, f"{TORSION}gear/hammers", "gear")
     known = loud or here
@@ -51,13 +51,8 @@ def of_gears(result: Result) -> Iterator[Verdict]:
             speed = speed_of(result) if quantity is here else speed
             parts = np.any(quantity.values[place]) or (quantity is loud and low < -off)
             state = BROKEN if parts else KEPT
-            yield Verdict(
-                quantity.path, {"gear": name}, "sign of the tooth torque", 0.0, None,
-                read(unit) if np.isfinite(low) else "", factor * low, f"gear={name}",
-                Estimate(factor * off, 0.0), factor * low, state, element=name,
-                limit=f"no torque reversal, {words}", status="informative",
-                speed=np.nan if speed is None else speed,
-            )  # fmt: skip
+            at = np.nan if speed is None else speed
+            yield _row(result, quantity, {"gear": name}, (low, off), state, words, speed=at)
 
 
 #: the least torque of each gear in a transient, and in each condition of the cylinders
@@ -69,7 +64,7 @@ def in_transient(result: Result) -> Iterator[Verdict]:
     """No reversal of the torque of teeth in a transient; undecided where its error leaves it."""
     if (found := having(result.record, TRANSIENT_LEAST, "gear")) is not None:
         for name in labels(found.axes[0]):
-            yield _reversal(result, found, {"gear": name}, "no torque reversal", "transient")
+            yield _reversal(result, found, {"gear": name}, "", "transient")
 
 
 def in_conditions(result: Result) -> Iterator[Verdict]:
@@ -82,21 +77,34 @@ def in_conditions(result: Result) -> Iterator[Verdict]:
         if place > 0:
             where = {"condition": named[place], "gear": name}
             words = f"{condition_words(named[place])} (worst of {len(named)} conditions)"
-            yield _reversal(result, found, where, f"no torque reversal, {AT_SPEED}", words)
+            yield _reversal(result, found, where, AT_SPEED, words)
 
 
 def _reversal(
-    result: Result, found: Quantity, where: dict[str, str], limit: str, condition: str
+    result: Result, found: Quantity, where: dict[str, str], words: str, condition: str
 ) -> Verdict:
-    """The row of the least torque of the teeth of one gear."""
-    entry, (factor, unit) = numbers(found, where), torque_unit(result.record)
-    low, off = float(np.ravel(entry.values)[0]), float(np.ravel(entry.errors)[0])
+    """The row of a least torque; undecided where its error leaves the sign."""
+    entry = numbers(found, where)
+    low, off = (float(np.ravel(one)[0]) for one in (entry.values, entry.errors))
     state = state_of(low, off, 0.0)
+    decided_by = remedy(found, result.case) if state == UNDECIDED else ""
+    more = {"condition": condition, "decided_by": decided_by}
+    return _row(result, found, where, (low, off), state, words, **more)
+
+
+def _row(
+    result: Result, found: Quantity, where: dict[str, str], least: tuple[float, float],
+    state: str, words: str, **more: Any,
+) -> Verdict:  # fmt: skip
+    """The row of the teeth of one gear: least torque and its error, not a number if not known."""
+    factor, unit = torque_unit(result.record)
+    low, off = factor * least[0], factor * least[1]
     return Verdict(
-        found.path, where, "sign of the tooth torque", 0.0, None, read(unit), factor * low,
-        ", ".join(f"{axis}={one}" for axis, one in where.items()), Estimate(factor * off, 0.0),
-        factor * low, state, decided_by=remedy(found, result.case) if state == UNDECIDED else "",
-        element=where["gear"], limit=limit, condition=condition, status="informative",
+        found.path, where, "sign of the tooth torque", 0.0, None,
+        read(unit) if np.isfinite(low) else "", low,
+        ", ".join(f"{axis}={one}" for axis, one in where.items()), Estimate(off, 0.0), low, state,
+        element=where["gear"], limit=", ".join(filter(None, ("no torque reversal", words))),
+        status="informative", **more,
     )  # fmt: skip
 
 
