@@ -6,6 +6,7 @@ from vibecalc.core.report.rows import Cells, Rows, named_at, rows_of
 from vibecalc.core.report.sections import Section, speed_of
 from vibecalc.core.report.writing import turns
 from vibecalc.core.results.record import Record, Result
+from vibecalc.numerics.rounding import BoolArray, FloatArray
 from vibecalc.torsion.report.conditions import VARIANTS, in_words, variant_words
 from vibecalc.torsion.report.limits import (
     basis,
@@ -37,16 +38,24 @@ def barred_ranges(result: Result, *, permitted: bool = True, variant: str = "") 
 
     Those of the line as it is, or of a variant: `healthy/`, `conditions/`.
     """
-    low, high, may = (
-        vector(result.record, f"{variant}barred/{name}", "barred")
-        for name in ("from", "to", "permitted")
-    )
-    if low is None or high is None:
-        return []
+    low, high = _ends(result.record, variant)
+    chosen = np.flatnonzero(may_be_barred(result, variant) == permitted)
+    return [f"{turns(low[i])} to {turns(high[i])} rpm" for i in chosen]
+
+
+def may_be_barred(result: Result, variant: str = "") -> BoolArray:
+    """Which of the ranges (b,) may be barred: none that holds the operating speed."""
+    low, high = _ends(result.record, variant)
+    may = vector(result.record, f"{variant}barred/permitted", "barred")
     may = np.ones(len(low)) if may is None else may
     inside = (low <= (at := speed_of(result) or 0.0)) & (at <= high)  # as an older file may not say
-    chosen = np.flatnonzero(((may > 0.0) & ~inside) == permitted)
-    return [f"{turns(low[i])} to {turns(high[i])} rpm" for i in chosen]
+    return np.asarray((may > 0.0) & ~inside)
+
+
+def _ends(record: Record, variant: str) -> list[FloatArray]:
+    """Both ends of each range (b,), in rad/s; none without limits."""
+    ends = [vector(record, f"{variant}barred/{name}", "barred") for name in ("from", "to")]
+    return [np.zeros(0) if end is None else end for end in ends]
 
 
 def acceptable(record: Record, place: int, _path: str) -> str:
