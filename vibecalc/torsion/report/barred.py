@@ -7,7 +7,7 @@ from vibecalc.core.report.sections import Section, speed_of
 from vibecalc.core.report.writing import turns
 from vibecalc.core.results.record import Record, Result
 from vibecalc.numerics.rounding import BoolArray, FloatArray
-from vibecalc.torsion.report.conditions import VARIANTS, in_words, variant_words
+from vibecalc.torsion.report.conditions import VARIANTS, variant_words
 from vibecalc.torsion.report.limits import (
     basis,
     crank_places,
@@ -102,7 +102,7 @@ def exceeded_table(record: Record, variant: str = "") -> list[str]:
     )
     root = f"{TORSION}{variant}exceeded"
     condition = named_at(f"{root}/condition", f"{TORSION}conditions/torque_half_range")
-    columns = Cells(in_words(condition), "condition"), *_EXCEEDED
+    columns = Cells(condition, "condition"), *_EXCEEDED
     of = Rows("exceeded", "", [one._replace(of=f"{root}/{one.of}") if isinstance(one.of, str)
                                else one for one in columns], above=above)  # fmt: skip
     return rows_of(record, of)[0]

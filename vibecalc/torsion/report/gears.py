@@ -20,7 +20,6 @@ from vibecalc.core.results.record import (
 from vibecalc.core.results.select import numbers
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import state_of
-from vibecalc.torsion.report.conditions import condition_words
 from vibecalc.torsion.report.line import TORSION, speed_range, torque_unit, vector
 
 AT_SPEED = "operating speed"
@@ -76,7 +75,7 @@ def in_conditions(result: Result) -> Iterator[Verdict]:
     for name, place in zip(labels(found.axes[1]), worst, strict=True):
         if place > 0:
             where = {"condition": named[place], "gear": name}
-            words = f"{condition_words(named[place])} (worst of {len(named)} conditions)"
+            words = f"{named[place]} (worst of {len(named)} conditions)"
             yield _reversal(result, found, where, AT_SPEED, words)
 
 

@@ -29,7 +29,6 @@ from vibecalc.core.report.writing import (
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.barred import exceeded_table
-from vibecalc.torsion.report.conditions import condition_words, in_words
 from vibecalc.torsion.report.line import (
     MILLI,
     TORSION,
@@ -390,9 +389,7 @@ _IRREGULARITY = Rows(
         Cells("largest/speed", "at\nrpm", "rpm"),
         Cells("electrical_angle", "el. angle at\nspeed, deg", "deg"),
         Cells(_largest_along(f"{_ALL}/irregularity", "condition"), "worst"),
-        Cells(
-            in_words(_largest_along(f"{_ALL}/irregularity", "condition", named=True)), "at speed in"
-        ),
+        Cells(_largest_along(f"{_ALL}/irregularity", "condition", named=True), "at speed in"),
     ),
     root=f"{TORSION}irregularity",
     note="Cyclic irregularity: (maximum - minimum) / mean angular speed of the station within a "
@@ -418,11 +415,11 @@ def torsion_conditions(result: Result) -> Section | None:
         Cells(row_of(torque, 0), "all fire\n{unit}", unit),
         Cells(_largest_along(torque, "condition"), "worst\n{unit}", unit),
         Cells(_largest_along(stress, "condition"), "stress\n{unit}", "N/mm^2"),
-        Cells(in_words(_largest_along(torque, "condition", named=True)), "condition"),
+        Cells(_largest_along(torque, "condition", named=True), "condition"),
         Cells(f"{largest}/torque_half_range", "largest\n{unit}", unit),
         Cells(f"{largest}/stress_half_range", "stress\n{unit}", "N/mm^2"),
         Cells(f"{largest}/section_speed", "at\n{unit}", "rpm"),
-        Cells(in_words(named_at(f"{largest}/section_condition", torque)), "condition"),
+        Cells(named_at(f"{largest}/section_condition", torque), "condition"),
     )
     words = (
         f"Half ranges in the worst of {len(record[torque].axes[0].values)} cylinder "
@@ -451,7 +448,6 @@ _USES = Rows(
         Cells("operating_utilisation", "limit {} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
-    label=condition_words,
     places=_highest,
     note="Utilisation: load / load allowed in continuous operation.",
 )
@@ -470,5 +466,5 @@ def _every(result: Result) -> list[str]:
         Cells(_largest_along(angle, "station", named=True), "at station"),
     )
     words = "The largest half range of each condition at the operating speed:"
-    of = Rows("condition", "condition", columns, label=condition_words, above=words)
+    of = Rows("condition", "condition", columns, above=words)
     return rows_of(result.record, of)[0]
