@@ -318,7 +318,8 @@ class TorsionLimit(Table):
         "instead: torque over speed of sections or gears, a table or a CSV", None
     )
     alternating_share: Number | None = key(
-        "instead, of gears: alternating torque over the mean at the operating speed",
+        "instead, of gears: alternating torque over the mean at the operating speed; in a "
+        "condition of the cylinders over the mean that it leaves",
         None,
         gt=0,
         le=10,
