@@ -31,6 +31,7 @@ from vibecalc.core.results.record import (
 )
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import Bound, state_of, verdicts_of
+from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.torsion.report.couplings import BORNE, ICE, borne, permitted
 from vibecalc.torsion.report.gears import AT_SPEED, covered, in_conditions, in_transient, of_gears
 from vibecalc.torsion.report.line import (
@@ -449,7 +450,7 @@ def _by_use(result: Result) -> Iterator[Verdict]:
             over = None
             for kind, quantity in zip((CONTINUOUS, PASSING, AT_SPEED), quantities[:3], strict=True):
                 shares = np.zeros(1) if quantity is None else _over_conditions(quantity, place)
-                worst = int(np.argmax(shares))
+                worst = first_of_largest(shares)
                 held = kind == AT_SPEED and covered(result, over)
                 if quantity is None or not shares[worst] > 0.0 or held:
                     continue

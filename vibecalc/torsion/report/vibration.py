@@ -28,6 +28,7 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.numerics.rounding import first_of_largest, firsts_of_largest, ranked
 from vibecalc.torsion.report.barred import exceeded_table
 from vibecalc.torsion.report.line import (
     MILLI,
@@ -90,7 +91,7 @@ def _sections(record: Record) -> list[str]:
     words += "amplitudes of all orders."
     half = having(record, TORSION + "angle_half_range", "station")
     if half is not None and np.any(half.values):
-        top = int(np.argmax(half.values))
+        top = first_of_largest(half.values)
         degrees = cell(half, top, 180.0 / np.pi)
         words += f" Largest angle: {cell(half, top, MILLI)} mrad ({degrees} deg) "
         words += f"half range, at {labels(half.axes[0])[top]}."
@@ -370,7 +371,7 @@ def _largest_along(path: str, along: str, named: bool = False) -> Made:
 
     def largest(found: Quantity) -> Quantity:
         over = [axis.name for axis in found.axes].index(along)
-        place, other = np.argmax(found.values, axis=over), found.axes[1 - over]
+        place, other = firsts_of_largest(found.values, axis=over), found.axes[1 - over]
         names = np.array(labels(found.axes[over]), dtype=object)
         values = names[place].astype(str) if named else np.max(found.values, axis=over)
         return part_of(found, values, other)
@@ -436,7 +437,7 @@ def torsion_conditions(result: Result) -> Section | None:
 def _highest(found: Found) -> np.ndarray:
     """Conditions of the largest uses of limits, the worst first."""
     most = found[0].values.max(axis=1)
-    return np.argsort(-most, kind="stable")[:_CONDITIONS]
+    return ranked(most)[:_CONDITIONS]
 
 
 _USES = Rows(
