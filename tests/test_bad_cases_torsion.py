@@ -24,16 +24,14 @@ from vibecalc.torsion.damped_modes import damped_line_modes
 from vibecalc.torsion.damper_design.design import design, performance
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, SpeedTorque
 from vibecalc.torsion.forced import forced, modal_line
-from vibecalc.torsion.holzer import holzer_table
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.modes_of_tree import riccati_frequencies
+from vibecalc.torsion.modes_of_tree import holzer_table, riccati_frequencies
 from vibecalc.torsion.transient.march import transient
 from vibecalc.torsion.transient.motion import stretch
 from vibecalc.torsion.transient.trace import samples, window_amplitudes
-from vibecalc.torsion.variable_inertia.motion import variable_line
+from vibecalc.torsion.variable_inertia.motion import feed, steady_response, variable_line
 from vibecalc.torsion.variable_inertia.stability import refuse_unstable, stability
-from vibecalc.torsion.variable_inertia.steady import feed, steady_response
 
 # ----------------------------------------------------------------------------
 # Steady response: with an estimate of the error and without.

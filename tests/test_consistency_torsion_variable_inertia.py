@@ -13,8 +13,9 @@ from variable_inertia_lines import (
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.torsion.line import stiffness_matrix
-from vibecalc.torsion.variable_inertia.motion import acceleration, inertia_at
-from vibecalc.torsion.variable_inertia.steady import (
+from vibecalc.torsion.variable_inertia.motion import (
+    acceleration,
+    inertia_at,
     steady_response,
 )
 

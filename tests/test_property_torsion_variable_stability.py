@@ -9,14 +9,13 @@ from scipy.special import mathieu_a, mathieu_b
 from variable_inertia_lines import modes_of, one_freedom, ship_engine, ship_torque
 
 from vibecalc.torsion.line import chain
-from vibecalc.torsion.variable_inertia.motion import inertia_at, variable_line
+from vibecalc.torsion.variable_inertia.motion import inertia_at, steady_response, variable_line
 from vibecalc.torsion.variable_inertia.stability import (
     Stability,
     stability,
     unstable_ranges,
     wedges,
 )
-from vibecalc.torsion.variable_inertia.steady import steady_response
 
 
 def on_unit_circle(found: Stability) -> np.ndarray:

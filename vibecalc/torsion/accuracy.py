@@ -30,10 +30,10 @@ from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
 from vibecalc.torsion.adapters.transient_motion import journey, running
 from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, system_of
-from vibecalc.torsion.damper_design.descend import chart_of, valleys
 from vibecalc.torsion.damper_design.design import design_from
 from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, torque_at
+from vibecalc.torsion.damper_design.settle import chart_of, valleys
 from vibecalc.torsion.forced import forced_masked
 from vibecalc.torsion.line import (
     Line,
@@ -52,7 +52,7 @@ from vibecalc.torsion.transient.march import (
     transient_system,
 )
 from vibecalc.torsion.transient.motion import course_of, repeats, speed_after, turned_after
-from vibecalc.torsion.variable_inertia.steady import steady_response
+from vibecalc.torsion.variable_inertia.motion import steady_response
 
 #: longer lines take more than their share of time in long arithmetic, or their first orders only
 MOST_FREEDOMS, LONG, ORDERS_OF_LONG = 24, 10, 12

@@ -20,8 +20,8 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.motion import EVERY, Motion, Reading, Rows
 from vibecalc.torsion.adapters.search import Search, Top
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.coupling_results import COUPLING, LARGEST
 from vibecalc.torsion.couplings import LIMITS, Coupling, frequency_factor, permitted_of
+from vibecalc.torsion.study_results import COUPLING, LARGEST
 
 # ----------------------------------------------------------------------------
 # What each coupling bears, torques on its own shaft, and how much that is of what is permitted.

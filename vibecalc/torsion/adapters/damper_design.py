@@ -11,7 +11,6 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, rounded, sqrt, stack
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
-from vibecalc.torsion.damper_design.descend import chart
 from vibecalc.torsion.damper_design.design import (
     Design,
     Performance,
@@ -29,10 +28,11 @@ from vibecalc.torsion.damper_design.problem import (
     SpeedTorque,
     speed_torque,
 )
+from vibecalc.torsion.damper_design.settle import chart
+from vibecalc.torsion.forced import largest_half_range
 from vibecalc.torsion.line import Line, with_ring, without_freedom
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.results import NAMES
-from vibecalc.torsion.section_loads import largest_half_range
 from vibecalc.torsion.study_results import DESIGN
 from vibecalc.torsion.tables import DamperDesign
 

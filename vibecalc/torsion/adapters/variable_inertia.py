@@ -10,13 +10,16 @@ from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.motion import TORQUE, Motion, readings_of
 from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.forced import twist_and_torque
 from vibecalc.torsion.line import complex_stiffness
-from vibecalc.torsion.section_loads import twist_and_torque
 from vibecalc.torsion.study_results import VARIABLE
 from vibecalc.torsion.variable_inertia.motion import (
+    SteadyTwist,
     VariableLine,
+    feed,
     inertia_at,
     inertia_variation,
+    steady_response,
     turning_parts,
     variable_line,
 )
@@ -26,11 +29,6 @@ from vibecalc.torsion.variable_inertia.stability import (
     stability,
     unstable_ranges,
     wedges,
-)
-from vibecalc.torsion.variable_inertia.steady import (
-    SteadyTwist,
-    feed,
-    steady_response,
 )
 
 # ----------------------------------------------------------------------------
