@@ -41,8 +41,7 @@ _DRAWN = 256
 def run_band_tuning(scene: Scene) -> None:
     """Emit the best springs and dampers of several absorbers or for a band; hand them on."""
     options, parts = scene.case.tuning, build_absorber(scene.case)
-    if options is None:
-        raise ValueError("the case has no absorber to tune")
+    assert options is not None
     problem, scale = problem_of(options, parts, scene.case.machine), parts.scale
     as_given, banded = options.frequency is not None, is_banded(scene.case)
     if options.frequency is not None and scale is not None:

@@ -29,12 +29,14 @@ _TURN = 2.0 * np.pi
 def run_motion(scene: Scene) -> None:
     """Emit every motion and force over the frequencies drawn, and the largest of each."""
     case = scene.case
-    if case.response is None or case.response.absorber is None or case.machine.primary is None:
-        raise ValueError("the case has no [response.absorber]")
+    assert (
+        case.response is not None
+        and case.response.absorber is not None
+        and case.machine.primary is not None
+    )
     parts, options = build_absorber(case), case.response.absorber
     scale, several = parts.scale, parts.branches
-    if scale is None:
-        raise ValueError("a motion in units needs a primary with units")
+    assert scale is not None
     modes = modes_of(case.machine.primary, scale, several)
     masses, given, errors = absorbers_of(scene, parts)
     if not np.all(np.isfinite(given)):

@@ -156,8 +156,7 @@ def run_absorber(scene: Scene) -> None:
     Peaks of many absorbers at once where the case has numbers (points,).
     """
     case = scene.case
-    if case.response is None or case.response.absorber is None:
-        raise ValueError("the case has no [response.absorber]")
+    assert case.response is not None and case.response.absorber is not None
     parts = build_absorber(case)
     options, pair = case.response.absorber, asked_of(case)
     whole = family(case, options, parts, scene.handed_on.get("tuned"))

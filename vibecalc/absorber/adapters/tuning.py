@@ -114,10 +114,8 @@ def run_absorber_tuning(scene: Scene) -> None:
     """Emit the optimum and what the case asks for next to it; hand on the tuned absorber."""
     case = scene.case
     options, parts = case.tuning, build_absorber(case)
-    if options is None:
-        raise ValueError("the case has no [tuning]")
-    if parts.absorber is None:
-        raise ValueError("the case has no absorber to tune")
+    assert options is not None
+    assert parts.absorber is not None
     z1, m = parts.primary_damping, float(np.asarray(parts.absorber.mass_ratio))
     free = best = best_tuning(options, z1, m)
     bounded = None if options.bounds is None else within_bounds(options, z1, m, free)

@@ -104,8 +104,7 @@ def setup(case: Case) -> Setup:
 
     Raises NumericalFailure where the motor does not give what the machine takes.
     """
-    if case.response is None or case.response.control is None:
-        raise ValueError("the case has no [response.control]")
+    assert case.response is not None and case.response.control is not None
     options, parts = case.response.control, build_roll(case)
     machine = as_batch(parts.machine)
     drive = roll_drive(parts)._replace(circuit=None)

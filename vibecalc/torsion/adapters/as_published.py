@@ -199,8 +199,7 @@ def run_torsion_as_published(scene: Scene) -> None:
     """Emit everything for [response.torsion.as_published]."""
     setup = build_setup(scene.case)
     options = setup.torsion.as_published
-    if options is None:
-        raise ValueError("the case has no [response.torsion.as_published]")
+    assert options is not None
     place, shape = _shapes(setup, options)
     frequency = Bounded(setup.modes.frequency[place], setup.modes.frequency_error[place])
     every, order = setup.modes.frequency, setup.drive.order

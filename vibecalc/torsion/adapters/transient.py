@@ -101,8 +101,7 @@ def run_torsion_transient(scene: Scene) -> None:
     """Emit everything for [response.torsion.transient]."""
     setup = build_setup(running(scene.case))
     options = setup.torsion.transient
-    if options is None:
-        raise ValueError("the case has no [response.torsion.transient]")
+    assert options is not None
     rtol = max(_RTOL, scene.case.accuracy.rtol)
     passes = options.kind in PASSAGES
     if setup.model.over_speed is not None and passes:

@@ -51,8 +51,7 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
     """
     setup = build_setup(scene.case)
     options = setup.torsion.variable_inertia
-    if options is None:
-        raise ValueError("the case has no [response.torsion.variable_inertia]")
+    assert options is not None
     system, torque = system_of(setup, setup.speed), gas_torque(setup, setup.speed)
     _emit_variation(scene, setup, system)
     highest, full = _operating(setup, system, torque, options.orders, scene)
