@@ -217,9 +217,8 @@ def test_unstable_operating_point_is_refused_and_damping_mends_it() -> None:
     torque = ship_torque(0.1)
     for damping, stable in ((0.01, False), (5.0, True)):
         engine = ship_engine(0.5, damping=damping)
-        motion = steady_response(engine, 540.0, torque, 24, follows=True, exact=True)
-        known = {"angle": motion.angle[0], "angle_error": motion.error[0], "torque": torque}
-        found = stability(engine, 540.0, follows=True, **known)
+        motion = steady_response(engine, 540.0, torque, 24, exact=True)
+        found = stability(engine, 540.0, angle=motion.angle[0], angle_error=motion.error[0])
         assert found.unstable != stable
         if not stable:
             with pytest.raises(NumericalFailure, match=r"540 rad/s: no steady motion; .*grows by"):

@@ -134,13 +134,11 @@ def terms(
     crank_angle: FloatArray,
     angle: ComplexArray,
     torque: ComplexArray,
-    *,
-    follows: bool,
 ) -> EquationTerms:
     """Terms about the motion `angle` (N + 1, n) at w t = crank_angle (S,).
 
-    `torque` (T, n) holds the gas torque's orders k / turns, 0-to-peak (order 0 its real part); with
-    `follows` it is a function of each throw's own angle, else of w t alone.
+    `torque` (T, n) holds the gas torque's orders k / turns of w t, 0-to-peak (order 0 its real
+    part).
     """
     crank = np.asarray(crank_angle)[:, None]
     phase = np.exp(1j * crank * (np.arange(len(angle)) / system.turns))
@@ -149,11 +147,9 @@ def terms(
     place, turning = crank + twist, speed + rate
     inertia = inertia_at(system, place)
     order = np.arange(len(torque))[:, None] / system.turns
-    at = place if follows else np.broadcast_to(crank, place.shape)
-    turned = np.exp(1j * at[:, None, :] * order) * torque
-    slope = -(order * turned.imag).sum(axis=1) if follows else 0.0
+    turned = np.exp(1j * np.broadcast_to(crank, place.shape)[:, None, :] * order) * torque
     gap = turned.real.sum(axis=1) - inertia.value * faster - 0.5 * inertia.slope * turning**2
-    stiffness = inertia.slope * faster + 0.5 * inertia.curvature * turning**2 - slope
+    stiffness = inertia.slope * faster + 0.5 * inertia.curvature * turning**2
     return EquationTerms(inertia.value, inertia.slope * turning, stiffness, gap)
 
 
@@ -345,9 +341,8 @@ def bordering(
 # ----------------------------------------------------------------------------
 # Steady motion of a line with variable inertias: all orders at once, linear or exact.
 #
-# Linear: small vibration about uniform turning, orders coupled by the inertias (and by the slope of
-# the gas torque when it follows the throw's own angle). Exact: Newton's method on the whole
-# Lagrangian system; its first step from rest is the linear response.
+# Linear: small vibration about uniform turning, orders coupled by the inertias. Exact: Newton's
+# method on the whole Lagrangian system; its first step from rest is the linear response.
 # ----------------------------------------------------------------------------
 
 MOST_ITERATIONS = 25
@@ -376,7 +371,6 @@ def steady_response(
     torque: ArrayLike,
     highest_order: float,
     *,
-    follows: bool = False,
     exact: bool = False,
 ) -> SteadyTwist:
     """Steady motion at the speeds (S,), with the inertia torque that the variation makes.
@@ -389,8 +383,6 @@ def steady_response(
         applied. No inertia torque: it comes from the variation. Means are balanced by the load.
     highest_order
         Orders kept; a multiple of 1 / turns.
-    follows
-        The gas torque is a function of the throw's own angle, else of w t.
     exact
         Solve the nonlinear equations, else those linear in the twist.
 
@@ -411,7 +403,7 @@ def steady_response(
     forces = np.broadcast_to(forces, (len(speeds), *forces.shape[-2:]))
     highest = round(highest_order * system.turns)
     rows = [
-        _one_speed(system, float(w), force, highest, follows, exact)
+        _one_speed(system, float(w), force, highest, exact)
         for w, force in zip(speeds, forces, strict=True)
     ]
     angle, error, beyond = (np.array(part) for part in zip(*rows, strict=True))
@@ -423,21 +415,20 @@ def _one_speed(
     speed: float,
     torque: ComplexArray,
     highest: int,
-    follows: bool,
     exact: bool,
 ) -> tuple[ComplexArray, FloatArray, float]:
     n = torque.shape[-1]
-    reach = _reach(system, torque, follows)
+    reach = _reach(system)
     bound = highest + max(reach, len(torque) - 1 - highest, 0)
     samples = 1 << int(4 * bound + 2 * reach + 2 * len(torque) + 8).bit_length()
     turn = 2.0 * np.pi * system.turns
     crank_angle = np.linspace(0.0, turn, samples, endpoint=False)
     angle = np.zeros((highest + 1, n), dtype=np.complex128)
     size = np.zeros((2 * highest + 1, n))
-    apart = system.turns if not (exact or follows) else 1
+    apart = system.turns if not exact else 1
     move = np.inf
     for count in range(MOST_ITERATIONS):
-        parts = terms(system, speed, crank_angle, angle, torque, follows=follows)
+        parts = terms(system, speed, crank_angle, angle, torque)
         if count == 0:
             size += np.abs(parts.gap).max(axis=0)
         solution = _step(system, speed, parts, angle, (highest, bound, apart), size)
@@ -487,12 +478,11 @@ def _step(
     return HarmonicSolution(value, rounding, truncation, np.concatenate(beyond))
 
 
-def _reach(system: VariableLine, torque: ComplexArray, follows: bool) -> int:
+def _reach(system: VariableLine) -> int:
     """Steps over which orders are coupled directly."""
     large = np.abs(system.variation) > _NEGLIGIBLE * system.line.inertia[:, None]
     used = np.flatnonzero(large.any(axis=0))
-    inertial = system.turns * (int(used[-1]) + 1) if len(used) else 0
-    return max(inertial, len(torque) - 1 if follows else 0)
+    return system.turns * (int(used[-1]) + 1) if len(used) else 0
 
 
 def _one_sided(value: np.ndarray) -> ComplexArray:
