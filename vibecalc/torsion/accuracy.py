@@ -27,7 +27,7 @@ from vibecalc.numerics.synthesis import cycle_of, synthesis
 from vibecalc.torsion.adapters.damper_design import build_problem
 from vibecalc.torsion.adapters.motion import readings_of
 from vibecalc.torsion.adapters.search import Search
-from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
+from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds, placed
 from vibecalc.torsion.adapters.transient_motion import journey, running
 from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, system_of
 from vibecalc.torsion.damper_design.design import design_from
@@ -81,12 +81,6 @@ def _exact(line: Line) -> tuple[np.ndarray, ...]:
     }))  # fmt: skip
 
 
-def _on_freedoms(setup: Setup, torque: ComplexArray) -> ComplexArray:
-    """Torques (..., k) at the driven stations as those (..., n) on all freedoms of the line."""
-    places = np.arange(len(setup.model.line.inertia))
-    return np.asarray(torque @ (setup.drive.freedom[:, None] == places))
-
-
 def _sections(line: Line, w: FloatArray, angle: np.ndarray) -> ComplexArray:
     """Torques (m, e) of the elements from angles (m, n)."""
     return np.asarray(complex_stiffness(line, w) * (angle[:, line.first] - angle[:, line.second]))
@@ -117,7 +111,7 @@ def torsion_topics(scene: Scene) -> list[Topic]:
         mass, stiffness, *_ = _matrices(line)
         found.append(modes(ask, [solver], mass, stiffness, exact=partial(_exact, line)))
     w = speed * drive.order
-    load = _on_freedoms(setup, drive.torque(np.array([speed])).value[0])
+    load = drive.torque(np.array([speed])).value[0] @ placed(drive.freedom, n)
     if not _by_modes(setup):
         found.append(_by_order(setup, line, w, load))
     found += gas

@@ -108,6 +108,10 @@ class Coupling(NamedTuple):
             return np.ones_like(np.asarray(temperature, dtype=float))
         return np.interp(temperature, self.service[:, 0], self.service[:, 1])
 
+    def frequency_factor(self, frequency: FloatArray) -> FloatArray:
+        """S_f (...) of its vibratory torque at frequencies (...)."""
+        return np.sqrt(np.maximum(np.asarray(frequency) / self.permissible.frequency, 1.0))
+
 
 # ----------------------------------------------------------------------------
 # What a coupling bears, and how much of what its maker permits that is.
@@ -119,11 +123,6 @@ class Coupling(NamedTuple):
 
 #: entries of the axis `coupling_limit`
 LIMITS = ("T_KN", "T_Kmax", "T_KW", "T_KW by orders", "P_KV", "n_max", "temperature")
-
-
-def frequency_factor(frequency: FloatArray, reference: float) -> FloatArray:
-    """S_f (...) at frequencies (...), of a vibratory torque that is permissible at `reference`."""
-    return np.sqrt(np.maximum(np.asarray(frequency) / reference, 1.0))
 
 
 def permitted_of(may: Permissible) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, rounded, sqrt, stack
 from vibecalc.numerics.rounding import EPSILON, FloatArray
-from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
+from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds, placed
 from vibecalc.torsion.damper_design.design import (
     Design,
     Performance,
@@ -137,11 +137,9 @@ def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatA
 
 def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
     """The torques of the cylinders on the freedoms that are left."""
-    drive, n = setup.drive, setup.model.line.inertia.size
-    gas = np.zeros((*drive.gas.shape[:-1], n), dtype=complex)
-    inertia = np.zeros((len(drive.order), n), dtype=complex)
-    gas[..., drive.freedom], inertia[:, drive.freedom] = drive.gas.value, drive.inertia.value
-    return speed_torque(gas[..., freedom], inertia[:, freedom], drive.card_speed)
+    drive = setup.drive
+    on = placed(drive.freedom, setup.model.line.inertia.size)[:, freedom]
+    return speed_torque(drive.gas.value @ on, drive.inertia.value @ on, drive.card_speed)
 
 
 def _spans(line: Line, setup: Setup, speeds: tuple[float, float]) -> Callable[[float], Spans]:

@@ -169,17 +169,13 @@ def _emit_reduction(scene: Scene, bare: Setup, torque: Bounded, damped: Bounded)
 HEALTHY = f"{ROOT}/healthy"
 
 
-def healthy_setup(scene: Scene, setup: Setup) -> Setup:
-    """The same line with the torques of an engine that fires in all cylinders."""
-    return coupled(setup._replace(drive=build_drive(scene.case, setup.shaft, all_fire=True)))
-
-
 def emit_healthy(scene: Scene, setup: Setup, speed: FloatArray | None = None) -> None:
     """Half ranges, mean torque, dampers, use of limits at the operating speed.
 
     With speeds (s,) curves, largest values and uses over them instead.
     """
-    healthy = healthy_setup(scene, setup)
+    firing = build_drive(scene.case, setup.shaft, all_fire=True)
+    healthy = coupled(setup._replace(drive=firing))
     motion, limit = Motion(healthy, np.array([setup.speed]), bounded=True), f"{HEALTHY}/limit"
     axes = {"limit": np.arange(1, len(setup.torsion.limits) + 1)}
     if speed is not None:

@@ -533,11 +533,6 @@ def _singular(speed: float, system: VariableLine) -> NumericalFailure:
 # ----------------------------------------------------------------------------
 
 
-def section_twist(line: Line, angle: ComplexArray) -> ComplexArray:
-    """Twist (..., e) of every element from angles (..., n)."""
-    return np.asarray(angle[..., line.first] - angle[..., line.second])
-
-
 def feed(system: VariableLine, speed: float, angle: ComplexArray) -> ComplexArray:
     """Twist (N + 1, N + 1, e) by receiving order, feeding order and element, rad, 0-to-peak.
 
@@ -567,7 +562,8 @@ def feed(system: VariableLine, speed: float, angle: ComplexArray) -> ComplexArra
                 f"variable inertia at {speed:.6g} rad/s: order {p / system.turns:g} meets an "
                 "undamped natural frequency of the line"
             )
-        twist[p] = drive[p] @ section_twist(line, np.linalg.inv(matrix)[:n, :n].T)
+        moved = np.linalg.inv(matrix)[:n, :n]
+        twist[p] = drive[p] @ (moved[line.first] - moved[line.second]).T
     return twist
 
 
