@@ -218,9 +218,10 @@ def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber)
         found["without_spring"] = int(best.stiffness_ratio == 0.0 and best.helps)
     if least:
         found["mean_square"] = Bounded(best.value, best.value_error)
-        found["mean_square_alone"] = Bounded(best.alone, 8.0 * EPSILON)
+        found["mean_square_alone"] = Bounded(best.alone, np.asarray(8.0 * EPSILON))
     else:
-        found["threshold"] = Bounded(threshold(*pair).primary_damping, EPSILON)
+        limit = np.asarray(threshold(*pair).primary_damping)
+        found["threshold"] = Bounded(limit, np.asarray(EPSILON))
         found["evaluations"] = best.evaluations
     scene.emit_all({f"{TUNING_ROOT}/{name}": value for name, value in found.items()})
     for words in best.remarks:
