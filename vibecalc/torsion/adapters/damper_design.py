@@ -138,7 +138,7 @@ def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatA
 def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
     """The torques of the cylinders on the freedoms that are left."""
     drive = setup.drive
-    on = placed(drive.freedom, setup.model.line.inertia.size)[:, freedom]
+    on = placed(drive.freedom, setup.model.line.inertia.size)[:, freedom].astype(complex)
     return speed_torque(drive.gas.value @ on, drive.inertia.value @ on, drive.card_speed)
 
 
