@@ -9,7 +9,7 @@ from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.motion import TORQUE, Motion, readings_of
-from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.adapters.setup import Setup, build_setup, placed
 from vibecalc.torsion.forced import twist_and_torque
 from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.study_results import VARIABLE
@@ -87,8 +87,7 @@ def system_of(setup: Setup, speed: float) -> VariableLine:
     given = inertia_variation(_by_order(drive.order[whole], drive.inertia.value[whole]).T)
     size = np.max(np.abs(given) / line.inertia[drive.freedom][:, None], axis=0)
     last = int(np.flatnonzero(size > _NEGLIGIBLE).max(initial=-1)) + 1
-    variation = np.zeros((line.inertia.size, last), dtype=complex)
-    variation[drive.freedom] = given[:, :last]
+    variation = placed(drive.freedom, line.inertia.size).T @ given[:, :last]
     load = np.zeros(line.inertia.size)
     load[setup.shaft.load_freedom] = 1.0
     for part in turning_parts(line):
@@ -112,10 +111,9 @@ def gas_torque(setup: Setup, speed: float) -> ComplexArray:
     turns = round(drive.firing.cycle / (2.0 * np.pi))
     place = np.rint(drive.order * turns).astype(int)
     torque = np.zeros((int(place.max(initial=0)) + 1, n), dtype=complex)
-    share = drive.weights(np.asarray(speed))
-    torque[place[:, None], drive.freedom] = np.tensordot(share, drive.gas.value, 1)
-    torque[0, drive.freedom] = share @ drive.mean.value
-    torque[0] -= setup.shaft.mean_load(speed)
+    share, on = drive.weights(np.asarray(speed)), placed(drive.freedom, n)
+    torque[place] = np.tensordot(share, drive.gas.value, 1) @ on
+    torque[0] = share @ drive.mean.value @ on - setup.shaft.mean_load(speed)
     return torque
 
 
