@@ -150,7 +150,10 @@ def forced_masked(
         flat_load, sizes.tolist(), range(n) if stations is None else stations, strict=True
     ):
         if size_of or np.any(one):
-            loads[i], heaviest[i] = one, size_of
+            # stations that a rigid gear joins are one
+            before = loads[i]
+            loads[i] = one if before is None else before + one
+            heaviest[i] += size_of
     angle = np.empty((n, copies, count), dtype=np.complex128)
     error, largest = np.zeros((copies, count)), np.zeros((copies, count))
     growth = np.full(count, True)

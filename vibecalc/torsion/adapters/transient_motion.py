@@ -9,7 +9,7 @@ from vibecalc.excitation.cylinder_torque import phasor, weighted
 from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.adapters.motion import solved
-from vibecalc.torsion.adapters.setup import Setup, motored_torque
+from vibecalc.torsion.adapters.setup import Setup, motored_torque, placed
 from vibecalc.torsion.line import Line, part_of
 from vibecalc.torsion.question_tables import AT_CONSTANT_SPEED, Transient
 from vibecalc.torsion.shaft_line_tables import Layout
@@ -238,12 +238,11 @@ def torques(setup: Setup, speed: float) -> tuple[ComplexArray, ComplexArray]:
     asked, drive, n = speed, setup.drive, setup.model.line.inertia.size
     if len(drive.card_speed):
         speed = float(np.clip(speed, drive.card_speed[0], drive.card_speed[-1]))
-    share = drive.weights(np.asarray(speed))
-    gas = np.zeros((n, len(drive.order) + 1), dtype=complex)
+    share, on = drive.weights(np.asarray(speed)), placed(drive.freedom, n).T
+    mean, waves = share @ drive.mean.value, np.tensordot(share, drive.gas.value, 1)
+    gas = on @ np.vstack([mean, waves]).T
     inertia = np.zeros_like(gas)
-    gas[drive.freedom, 0] = share @ drive.mean.value
-    gas[drive.freedom, 1:] = np.tensordot(share, drive.gas.value, 1).T
-    inertia[drive.freedom, 1:] = drive.inertia.value.T
+    inertia[:, 1:] = on @ drive.inertia.value.T
     for column, place, harmonic in drive.given:
         at, amplitude, law = (drive.freedom[place], column + 1), harmonic.amplitude, harmonic.law
         if isinstance(law, SpeedLaw) and law.exponent == 2.0 and not len(law.entry):
