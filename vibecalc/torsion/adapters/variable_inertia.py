@@ -13,6 +13,7 @@ from vibecalc.torsion.adapters.setup import Setup, build_setup, placed
 from vibecalc.torsion.forced import twist_and_torque
 from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.study_results import VARIABLE
+from vibecalc.torsion.tables import LineSpeeds
 from vibecalc.torsion.variable_inertia.motion import (
     SteadyTwist,
     VariableLine,
@@ -70,7 +71,7 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
     if not np.any(system.line.loss_factor):
         _emit_stability(scene, setup, system, full)
     if setup.torsion.speeds is not None:
-        emit_speeds(scene, setup, highest)
+        emit_speeds(scene, setup, setup.torsion.speeds, highest)
     scene.cite(
         "harmonic balance of the whole Lagrangian system with angle-dependent inertias; "
         "multipliers over the cycle",
@@ -229,19 +230,16 @@ _EVEN, _CRITICALS, _WEDGES = 31, 20, 8
 _FEARED, _MOST_RANGES = 0.3, 4
 
 
-def emit_speeds(scene: Scene, setup: Setup, highest: float) -> None:
+def emit_speeds(scene: Scene, setup: Setup, asked: LineSpeeds, highest: float) -> None:
     """Half ranges, changes, wedges and unstable ranges over the speeds of the case."""
-    speeds = _speeds(setup)
-    _emit_half_ranges(scene, setup, highest, speeds)
-    found = _emit_wedges(scene, setup)
+    _emit_half_ranges(scene, setup, highest, _speeds(setup, asked))
+    found = _emit_wedges(scene, setup, asked)
     if not np.any(setup.model.line.loss_factor):
-        _emit_unstable(scene, setup, found)
+        _emit_unstable(scene, setup, asked, found)
 
 
-def _speeds(setup: Setup) -> FloatArray:
+def _speeds(setup: Setup, asked: LineSpeeds) -> FloatArray:
     """Even steps, and the criticals of the lowest orders among them."""
-    asked = setup.torsion.speeds
-    assert asked is not None
     even = np.linspace(asked.start, asked.stop, min(asked.points, _EVEN))
     met = setup.natural().frequency / setup.drive.order[:, None]
     inside = met[(met >= asked.start) & (met <= asked.stop)]
@@ -285,12 +283,9 @@ def _emit_half_ranges(scene: Scene, setup: Setup, highest: float, speeds: FloatA
     scene.emit(f"{VARIABLE}largest_change_speed", speeds[best], 0.0, axes)
 
 
-def _emit_wedges(scene: Scene, setup: Setup) -> Wedges:
+def _emit_wedges(scene: Scene, setup: Setup, asked: LineSpeeds) -> Wedges:
     """The widest sum resonances whose centre lies in the range."""
-
-    asked, modes = setup.torsion.speeds, setup.modes
-    assert asked is not None
-    system = system_of(setup, setup.speed)
+    system, modes = system_of(setup, setup.speed), setup.modes
     all_wedges = wedges(system, modes.frequency, modes.shape, modes.modal_inertia)
     inside = (
         (all_wedges.speed >= asked.start)
@@ -312,11 +307,8 @@ def _emit_wedges(scene: Scene, setup: Setup) -> Wedges:
     return first
 
 
-def _emit_unstable(scene: Scene, setup: Setup, regions: Wedges) -> None:
+def _emit_unstable(scene: Scene, setup: Setup, asked: LineSpeeds, regions: Wedges) -> None:
     """Ranges, about the widest wedges, in which the line as it is damped has growing vibration."""
-
-    asked = setup.torsion.speeds
-    assert asked is not None
     system = system_of(setup, setup.speed)
     if np.any(setup.model.speed_stiffness):
         scene.warn("unstable ranges: pendulums as at the operating speed")
