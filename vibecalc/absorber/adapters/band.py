@@ -197,7 +197,8 @@ def _read(
     """Largest response (s,) of a tuning in states, or other readings; with errors of the tuning."""
 
     def read(both: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return largest_in(problem, *np.split(both, 2), states, **what)
+        stiffness, damping = np.split(both, 2)
+        return largest_in(problem, stiffness, damping, states, **what)
 
     ratios = np.concatenate([found.stiffness_ratio, found.secondary_damping])
     errors = np.concatenate([found.stiffness_error, found.damping_error])
