@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from absorber_cases import peaks_of
 from induction_motors import GIVEN, ONE_CAGE, TABLE_SLIP, TABLE_TORQUE
 
 from vibecalc.absorber.hardware.oil_gap import (
@@ -76,9 +77,10 @@ OF_TUNINGS: Refused = [
      "nothing holds"),
     (lambda: mean_square_tuning(0.1, 0.1, "force", "relative_displacement"), "nothing to tune"),
     (lambda: threshold("force", "relative_displacement"), "no response of the primary"),
-    (lambda: stock_choice(0.02, 0.1, [0.07, 0.08], [0.01, 0.02], 3.9, travel=2.0),
-     "least travel is"),
-    (lambda: stock_choice(0.0, 0.1, [0.08], [0.0], 3.9), "none of the 1 pairs"),
+    (lambda: stock_choice(np.array([0.07, 0.08]), np.array([0.01, 0.02]), 3.9,
+                          peaks_of(0.02, 0.1), travel=2.0), "least travel is"),
+    (lambda: stock_choice(np.array([0.08]), np.zeros(1), 3.9, peaks_of(0.0, 0.1)),
+     "none of the 1 pairs"),
 ]  # fmt: skip
 OF_PENDULUMS: Refused = [
     *((lambda near=near: tuning_order(POINT._replace(path_radius=near)),

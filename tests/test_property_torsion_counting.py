@@ -4,18 +4,19 @@ import numpy as np
 import pytest
 
 from vibecalc.torsion.line import chain
-from vibecalc.torsion.transient.counting import (
+from vibecalc.torsion.transient.march import transient
+from vibecalc.torsion.transient.motion import TorqueInTime, stretch
+from vibecalc.torsion.transient.trace import (
     Cycles,
     Strength,
     equivalent_number,
     miner_sum,
     rainflow_cycles,
     range_table,
+    samples,
     slope_below,
+    traces,
 )
-from vibecalc.torsion.transient.march import transient
-from vibecalc.torsion.transient.motion import TorqueInTime, stretch
-from vibecalc.torsion.transient.trace import samples, traces
 
 
 def of(values: list[float] | np.ndarray, error: float = 0.0, ignore: float = 0.0) -> Cycles:

@@ -14,12 +14,12 @@ from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.critical_speeds import barred_ranges
-from vibecalc.torsion.line import chain, stiffness_matrix
-from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.section_loads import (
+from vibecalc.torsion.forced import (
     ROWS,
     largest_half_range,
 )
+from vibecalc.torsion.line import chain, stiffness_matrix
+from vibecalc.torsion.modes import natural_modes
 
 
 def test_both_ends_of_half_order_sums_are_found_and_attained():

@@ -312,6 +312,11 @@ class Peaks(NamedTuple):
     largest_error: np.ndarray
     where: np.ndarray
 
+    @property
+    def top(self) -> Bounded:
+        """The largest with its error."""
+        return Bounded(self.largest, self.largest_error)
+
 
 def peaks(absorber: Absorber, excitation: str = "force", response: str = "displacement") -> Peaks:
     """Find every peak of one response, for arrays of absorbers at once.

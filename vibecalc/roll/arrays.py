@@ -31,8 +31,7 @@ _LEVELS = 4
 def run_roll_at_points(scene: PointsScene) -> None:
     """Emit the running states of all points; those that one batch does not settle are alone."""
     case = scene.case
-    if case.response is None or case.response.roll is None:
-        raise ValueError("the case has no [response.roll]")
+    assert case.response is not None and case.response.roll is not None
     parts = build_roll(case)
     options, drive = case.response.roll, roll_drive(parts)
     machine, started = _machines(parts.machine, scene.count), options.started_at

@@ -156,8 +156,7 @@ def run_absorber(scene: Scene) -> None:
     Peaks of many absorbers at once where the case has numbers (points,).
     """
     case = scene.case
-    if case.response is None or case.response.absorber is None:
-        raise ValueError("the case has no [response.absorber]")
+    assert case.response is not None and case.response.absorber is not None
     parts = build_absorber(case)
     options, pair = case.response.absorber, asked_of(case)
     whole = family(case, options, parts, scene.handed_on.get("tuned"))
@@ -228,15 +227,16 @@ def _reported(scene: Scene, curves: Curves, pair: tuple[str, str]) -> tuple[Curv
     return Curves(names, left), peaks(left, *pair)
 
 
-def frequency_ratios(options: AbsorberResponse, parts: AbsorberParts) -> np.ndarray:
-    """Frequencies of the curves over the primary's own one."""
+def frequency_ratios(
+    options: AbsorberResponse, parts: AbsorberParts, highest: float = 1.0
+) -> FloatArray:
+    """Frequencies of the curves over the primary's own one; default: to twice the highest mode."""
     if options.frequencies is not None and parts.scale is not None:
         asked = options.frequencies
-        span = np.linspace(asked.start, asked.stop, asked.points)
-        return np.asarray(span / parts.scale.frequency)
+        return np.linspace(asked.start, asked.stop, asked.points) / parts.scale.frequency
     ratios = options.frequency_ratios
     if ratios is None:
-        return np.linspace(0.0, 2.0, 401)
+        return np.linspace(0.0, 2.0 * highest, 401)
     return np.linspace(ratios.start, ratios.stop, ratios.points)
 
 

@@ -1,10 +1,10 @@
-"""What the cylinders do to a shaft line: critical speeds, order table, vector sums."""
+"""What the cylinders do to a shaft line: critical speeds, orders, vector sums, conditions."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Found, How, Rows, first, others, part_of, rows_of
+from vibecalc.core.report.rows import Cells, Found, How, Made, Rows, first, others, part_of, rows_of
 from vibecalc.core.report.sections import Section, having, labels, table_of
 from vibecalc.core.report.writing import (
     Column,
@@ -21,6 +21,7 @@ from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
     MOST_ORDERS,
     TORSION,
+    asked,
     cell,
     elastic_modes,
     first_shaft,
@@ -263,3 +264,45 @@ def station_torques(result: Result) -> list[str]:
     rows = Rows("order", "order", columns, label="{:.4g}", right=True, places=acting,
                 above=words)  # fmt: skip
     return rows_of(result.record, rows)[0]
+
+
+# ----------------------------------------------------------------------------
+# Conditions of the cylinders in words.
+# ----------------------------------------------------------------------------
+
+#: folders of the line with all cylinders firing, and in conditions of the cylinders
+VARIANTS = ("healthy/", "conditions/")
+#: how the names of conditions of one cylinder end -> what is said of it
+_CONDITIONS = {" misfires": "misfire", " out of balance": "imbalance"}
+
+
+def condition_words(name: str) -> str:
+    """A condition of the cylinders by its name in the file: `misfire of cylinder 5`."""
+    for end, words in _CONDITIONS.items():
+        if name.endswith(end):
+            return f"{words} of cylinder {name.removesuffix(end)}"
+    return name
+
+
+def in_words(made: Made) -> Made:
+    """Names of conditions as people read them."""
+
+    def said(record: Record) -> Quantity | None:
+        found = made(record)
+        if found is None:
+            return None
+        return part_of(found, np.array([condition_words(str(one)) for one in found.values]),
+                       *found.axes)  # fmt: skip
+
+    return said
+
+
+def variant_words(result: Result, variant: str) -> str:
+    """What the cylinders do in a variant: `one cylinder misfiring`."""
+    if variant == "healthy/":
+        return "all cylinders firing"
+    given = table_of(asked(result), "conditions")
+    words = ["one cylinder misfiring"] * (given.get("misfire") != "none")
+    words += ["one cylinder out of balance"] * bool(given.get("imbalance"))
+    words += ["the given cylinder pressures"] * bool(given.get("pressure_scale"))
+    return " or ".join(words)

@@ -17,14 +17,7 @@ from vibecalc.core.results.record import (
     Result,
 )
 from vibecalc.core.results.verdicts import verdicts_of
-from vibecalc.torsion.coupling_results import COUPLING
-from vibecalc.torsion.report.barred import (
-    all_ranges_in_words,
-    barred_ranges,
-    exceeded_table,
-    ranges_in_words,
-)
-from vibecalc.torsion.report.conditions import (
+from vibecalc.torsion.report.excitation import (
     VARIANTS,
     variant_words,
 )
@@ -55,6 +48,13 @@ from vibecalc.torsion.report.line import (
     torque_unit,
     vector,
 )
+from vibecalc.torsion.report.vibration import (
+    all_ranges_in_words,
+    barred_ranges,
+    exceeded_table,
+    ranges_in_words,
+)
+from vibecalc.torsion.study_results import COUPLING
 from vibecalc.units import convert
 
 #: what has another section

@@ -20,7 +20,7 @@ from vibecalc.core.results.record import (
 from vibecalc.core.results.select import numbers
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import state_of
-from vibecalc.torsion.report.conditions import condition_words
+from vibecalc.torsion.report.excitation import condition_words
 from vibecalc.torsion.report.line import TORSION, speed_range, torque_unit, vector
 
 AT_SPEED = "operating speed"

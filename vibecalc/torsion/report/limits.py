@@ -31,8 +31,8 @@ from vibecalc.core.results.record import (
 )
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import Bound, state_of, verdicts_of
-from vibecalc.torsion.report.conditions import condition_words
 from vibecalc.torsion.report.couplings import BORNE, ICE, borne, permitted
+from vibecalc.torsion.report.excitation import condition_words
 from vibecalc.torsion.report.gears import AT_SPEED, covered, in_conditions, in_transient, of_gears
 from vibecalc.torsion.report.line import (
     MEGA,
