@@ -238,6 +238,11 @@ class Followed(NamedTuple):
         course, run, begin = self.course, self.panels.run[panel], self.panels.node[panel]
         system, step = course.system, time - begin
         state = free_motion(system, step, self.state[panel]) + driven_part(course, run, begin, step)
+        return self.motion_of(state, run, time)
+
+    def motion_of(self, state: np.ndarray, run: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """The same of states (n, modes, 2) at times in runs."""
+        course, system = self.course, self.course.system
         damping, stiffness = 2.0 * system.damping_ratio * system.frequency, system.frequency**2
         displacement, velocity = state[..., 0], state[..., 1]
         acceleration = course.load_at(run, time) - damping * velocity - stiffness * displacement
