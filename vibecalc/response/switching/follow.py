@@ -140,7 +140,7 @@ def _settled(
 
     def size(time: np.ndarray | float) -> np.ndarray:
         moved = free_motion(system, np.asarray(time), deviation)
-        return np.linalg.norm(modal_size(system, moved), axis=-1)
+        return np.asarray(np.linalg.norm(modal_size(system, moved), axis=-1))
 
     whole = peaks if final.value[ENERGY] == 0.0 else final
     reference = float(np.sqrt(2.0 * whole.value[ENERGY]))
