@@ -363,10 +363,9 @@ def _ratio(turning: bool) -> Panel:
     return Panel("transmissibility", (Curve(of, "{}"), level(lambda _: 1.0)), words, log="xy")
 
 
-_BY_ORDER = (_panel(root, word) for word, root in ROOTS.items())
 EFFICIENCY = Curves(
     "isolation: load transmitted to the ground",
-    (*_BY_ORDER, _ratio(False), _ratio(True)),
+    (*(_panel(root, word) for word, root in ROOTS.items()), _ratio(False), _ratio(True)),
     columns=2,
     names=6,
     level="row",
