@@ -222,7 +222,7 @@ SUBJECT = Subject(
         "mode_shapes": "vibecalc.isolation.pictures:draw_mode_shapes",
         "mounts": "vibecalc.isolation.pictures:MOUNTS",
         "engine_mounts": "vibecalc.isolation.pictures:ENGINE_MOUNTS",
-        "efficiency": "vibecalc.isolation.efficiency_report:EFFICIENCY",
+        "efficiency": "vibecalc.isolation.pictures:EFFICIENCY",
     },
     assumes=(
         "The machine is a rigid body with small motions about its rest position; mounts "

@@ -59,7 +59,7 @@ def run_roll_at_points(scene: PointsScene) -> None:
     uncertain = ~settled | ~state.solved | ~within_table(state, drive)
     uncertain |= ~surely_fastest(machine, drive, state.turn)
     value, error = multipliers(state)
-    uncertain |= ~is_stable(state)
+    uncertain |= ~is_stable(value, error)
     largest = Bounded(np.abs(value).max(axis=-1), error.max(axis=-1))
     scene.emit(f"{ROLL}/largest_multiplier", largest)
     names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]

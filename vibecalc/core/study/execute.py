@@ -15,7 +15,6 @@ from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_wit
 from vibecalc.core.case.raw import Setting, read_number, table_at
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.steps import step
-from vibecalc.core.results.verdicts import judged
 from vibecalc.core.results.visible import visible
 from vibecalc.errors import CaseError, KeyPath, Problem, ResultError
 
@@ -161,6 +160,8 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
     for name in sorted(STUDIES & timings.keys()):
         step(f"{name}: {timings[name]:.3f} s")
     result = as_result(loaded, record, timings)
+    from vibecalc.core.results.verdicts import judged
+
     with suppress(ResultError):  # which is said where the rows are read
         result = replace(result, verdicts=judged(result))
     return result
