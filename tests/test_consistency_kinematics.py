@@ -1,8 +1,7 @@
 """Claim: harmonics with an offset, and ways from dead centre, agree with 50 digits and more.
 
 Relative error of every harmonic at most 1e-14 to order 200, and error estimates that are neither
-too small nor absurdly large. Without an offset they are cases of `stability/hard_kinematics.py`;
-motion and cut series stand next to 50 digits in `test_property_error_estimates.py`.
+too small nor absurdly large. Without an offset they are cases of `stability/hard_kinematics.py`.
 """
 
 import mpmath as mp

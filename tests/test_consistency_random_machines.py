@@ -11,12 +11,15 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from dense_ground import base_results, coupled_results, two_mass_results
+from dense_machine import OnMounts, peak
 from dense_results import Dense, Expected, compare
 from dense_run_up import response_results, run_up_results
+from dense_train import Table, Train
 from long_but import long_but
-from random_machines import mounted_machine
+from random_machines import mounted_machine, random_machine
 
 from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 
@@ -87,3 +90,52 @@ def test_a_change_of_a_hundred_millionth_is_seen() -> None:
         found = [compare(one, record) for one in Dense(case, record, False).values()]
         assert any(words.startswith(path) for words in found), path
         row[key] = whole
+
+
+def pitching(case: Table, record: Record) -> Iterator[Expected]:
+    """Of a body that turns about the axis across its crankshaft, through its mass centre, alone.
+
+    Its mounts resist along the stroke; at rest it heaves and pitches on them.
+    """
+    on, train, root = OnMounts(case), Train(case), "isolation"
+    solid, mounts, up, speed = on.solid, on.mounts, train.up, case["machine"]["speed"]
+    order = np.asarray(record[f"{root}/pitch/angle_harmonics"].axes[0].values, dtype=float)
+    train.prepare(order)
+    load, rate = train.loads(speed), order * speed
+    couple = (load[:, 3:] - np.cross(solid.centre, load[:, :3])) @ train.across
+    inertia = train.across @ solid.central[3:, 3:] @ train.across
+    far = (mounts.place - solid.centre) @ train.axis
+    still, damping = (
+        np.einsum("i,nij,j->n", up, one, up) for one in (mounts.stiffness, mounts.damping)
+    )
+    passing = np.einsum("i,mnij,j->mn", up, mounts.passing(rate), up)
+    whole = passing @ far**2
+    angle = couple / (whole - rate**2 * inertia)
+    own = np.sqrt(still @ far**2 / inertia)
+    loss = mounts.passing(np.zeros(1))[0].imag
+    lost = np.einsum("i,nij,j->n", up, loss, up) @ far**2 / (still @ far**2)
+    lever = case["isolation"]["lever"]
+    for name, value in (
+        ("pitch/inertia", inertia),
+        ("pitch/stiffness", still @ far**2),
+        ("pitch/damping", damping @ far**2),
+        ("pitch/natural_frequency", own),
+        ("pitch/damping_ratio", 0.5 * (damping @ far**2 / (own * inertia) + lost)),
+        ("pitch/angle_harmonics", angle),
+        ("couple_over_lever/blocked_harmonics", couple / lever),
+        ("couple_over_lever/steady_harmonics", whole * angle / lever),
+        ("couple_over_lever/steady_peak", peak(whole * angle / lever, order)),
+        ("support_force/steady_peak", peak((-far * passing).T * angle, order)),
+    ):
+        yield Expected(f"{root}/{name}", value)
+    held = np.array([[still.sum(), still @ far], [still @ far, still @ far**2]])
+    heave, tilt = np.linalg.solve(held, [np.linalg.norm(on.weight[:3]), 0.0])
+    yield Expected(f"{root}/support_displacement/static", heave + tilt * far)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_pitch_is_that_of_its_equation_of_motion(seed: int) -> None:
+    case = random_machine(seed, "pitch")
+    del case["isolation"]["run_up"]
+    record = run_case(validate(copy.deepcopy(case)))
+    assert [*filter(None, (compare(one, record) for one in pitching(case, record)))] == []
