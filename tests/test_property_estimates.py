@@ -20,9 +20,13 @@ import numpy as np
 import pytest
 from long_but import long_but
 from random_absorbers import random_absorber
-from random_dampers import random_damper_case
-from random_engines import random_engine
-from random_line_studies import random_transient, random_variable_line
+from random_lines import (
+    CHANGES,
+    open_line,
+    random_change,
+    random_damper_case,
+    random_variable_line,
+)
 from random_machines import Table, random_machine, without_damping
 from random_mounted import random_mounted
 from random_pumps import random_pump
@@ -187,6 +191,10 @@ def compressor(seed: int) -> Table:
     return table
 
 
+def change(seed: int) -> Table:
+    return random_change(seed, (*CHANGES, "start"), 10.0)
+
+
 class Kind(NamedTuple):
     """Machines by seed, their finer numerics, seeds of the quick test and estimates it has.
 
@@ -205,12 +213,12 @@ class Kind(NamedTuple):
 KINDS = {
     # a rod, counterweights, balance shafts, every sort of driven machine; two without damping
     "generator": Kind(on_springs, more_orders, (1, 4, 5, 10, 22), 150),
-    # a cycle, a damper, a branch; elastic teeth, misfire, limits, barred and hammering ranges
-    "engine": Kind(random_engine, as_it_is, (102, 400), 130),
+    # gears, a coupling, a propeller, elastic teeth, rings, misfires
+    "engine": Kind(open_line, as_it_is, (2,), 100),
     # with whole steps and with quarters the same remains, far below what half steps tell
-    "transient": Kind(random_transient, shorter_steps, (20,), 15, most_high=0.3),
+    "transient": Kind(change, shorter_steps, (102,), 50, most_high=0.3),
     "variable": Kind(random_variable_line, more_of_a_cycle, (7,), 10),
-    "damper": Kind(random_damper_case, as_it_is, (2,), 25),
+    "damper": Kind(random_damper_case, as_it_is, (100,), 25),
     # pitch with an offset, planar with the driven machine on the body
     "pump": Kind(random_pump, more_orders, (103, 156), 100),
     "compressor": Kind(compressor, more_orders, (0, 3, 9), 90),
