@@ -14,9 +14,8 @@ from long_but import long_but
 from shipped_cases import CASES
 from sweep_blocks import quantities
 
-from vibecalc.core.case.load import LoadedCase, load_case
+from vibecalc.core.case.load import load_case
 from vibecalc.core.case.raw import get_key, parse_key
-from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED
 from vibecalc.core.run.columns import PointsScene
 from vibecalc.core.run.plan import plan_case, planned_quantities
@@ -24,8 +23,8 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.core.study.sweep.at_once import pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.checks import UNSHARED_AXES
-from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator
+from vibecalc.core.study.sweep.design import Design
+from vibecalc.core.study.sweep.evaluate import Evaluator
 from vibecalc.errors import KeyPath, dotted
 from vibecalc.isolation.adapters import body
 
@@ -129,16 +128,6 @@ def test_refusals_and_failures_have_the_words_of_single_runs() -> None:
         assert part in words
 
 
-def both_ways(
-    loaded: LoadedCase, axes: list[dict[str, Any]], paths: tuple[str, ...], **more: Any
-) -> tuple[Block, Block]:
-    """All points of a sweep by arrays, and by single runs."""
-    sweep = Sweep.model_validate({"axes": axes, **more})
-    design = make_design(sweep, loaded.resolved)
-    every = np.arange(design.count)
-    return ArrayEvaluator(loaded, design, paths)(every), Evaluator(loaded, design, paths)(every)
-
-
 CYLINDERS = "machine.crank_train.cylinders"
 
 
@@ -161,9 +150,8 @@ def test_checks_of_what_is_not_computed_refuse_points_as_well(
     loaded = load_case(CASES[name])
     written = get_key(loaded.resolved, parse_key(key))
     axes = [{"key": key, "values": values or [written, written + 0.1]}]
-    together, alone = both_ways(loaded, axes, (path,))
-    assert together.status.tolist() == alone.status.tolist() == [DONE, REFUSED]
-    assert together.message == alone.message and part in alone.message[1]
+    found = hold(loaded, designed(loaded, axes), (path,), fewest=0, generous=None)
+    assert found.status.tolist() == [DONE, REFUSED] and part in found.message[1]
 
 
 @pytest.mark.parametrize("name", long_but(sorted(CASES), "generator_180", "balance_i4"))
@@ -190,17 +178,8 @@ def test_random_sweeps_of_shipped_cases(name: str) -> None:
         together = [parse_key(axis["key"]) for axis in axes]
         if not axes or unsupported(case, together, some) is not None:
             continue  # no key that was drawn, or each by itself and not these together
-        together, alone = both_ways(loaded, axes, some, sampling="latin_hypercube", points=5)
-        assert together.status.tolist() == alone.status.tolist(), axes
-        assert together.message == alone.message
-        done = alone.status == DONE
-        for path, single in quantities(alone).items():
-            found = quantities(together)[path]
-            same = found.values == single.values  # also where a level is -inf
-            nothing = np.zeros_like(single.values)
-            apart = np.abs(np.subtract(found.values, single.values, out=nothing, where=~same))
-            uncertainty = found.errors + single.errors
-            assert (apart[done].reshape(int(done.sum()), -1) <= uncertainty[done, None]).all(), path
+        design = designed(loaded, axes, sampling="latin_hypercube", points=5)
+        hold(loaded, design, some, fewest=0, generous=None)
 
 
 @pytest.mark.parametrize(
