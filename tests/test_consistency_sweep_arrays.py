@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from array_machines import CHANGES, designed, hold, keys_of, machine, numbers, paths_of
+from array_machines import CHANGES, designed, hold, keys_of, machine, paths_of
+from fuzzing import leaves
 from long_but import long_but
 from shipped_cases import CASES
 from sweep_blocks import quantities
@@ -167,7 +168,7 @@ def test_random_sweeps_of_shipped_cases(name: str) -> None:
         pytest.skip("arrays give no result of this case")
     for _ in range(8):
         some = tuple(draw.sample(paths, min(len(paths), 3)))
-        every = list(numbers(loaded.resolved))
+        every = leaves(loaded.resolved)
         drawn = draw.sample(every, min(len(every), 25))
         keys = [k for k in drawn if unsupported(case, [k], some) is None]
         axes = []
