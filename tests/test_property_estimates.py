@@ -213,7 +213,7 @@ class Kind(NamedTuple):
 KINDS = {
     # a rod, counterweights, balance shafts, every sort of driven machine; two without damping
     "generator": Kind(on_springs, more_orders, (1, 4, 5, 10, 22), 150),
-    # gears, a coupling, a propeller, elastic teeth, rings, misfires
+    # by seed gears, a coupling, a propeller, elastic teeth, rings, misfires
     "engine": Kind(open_line, as_it_is, (2,), 100),
     # with whole steps and with quarters the same remains, far below what half steps tell
     "transient": Kind(change, shorter_steps, (102,), 50, most_high=0.3),
