@@ -1,4 +1,4 @@
-"""Claim: the pictures show the numbers of the result, with units, and the same bytes each time."""
+"""Claim: the pictures show the numbers of the result, with units."""
 
 from dataclasses import replace
 from io import BytesIO
@@ -186,30 +186,6 @@ def test_pictures_of_all_shipped_cases_have_names_of_their_own() -> None:
         files += [_file_name(stem, name, every) for name in drawn]
     assert len(files) > 250 and sorted(set(files)) == sorted(files)
     assert _file_name("absorber_curves", "absorber_curves", every) == "absorber_curves_curves"
-
-
-def test_names_near_a_limit_and_above_the_axes_leave_the_curves_free() -> None:
-    result = read_result(GOLDEN / "generator_mount_design.h5")
-    from matplotlib.text import Text
-
-    made = figure(result, "run_up")
-    made.canvas.draw()
-    mount = made.axes[1]
-    (limit,) = (text for text in mount.texts if text.get_text().startswith("run-up limit"))
-    (peak,) = (text for text in mount.texts if " rpm" in text.get_text())
-    assert not limit.get_window_extent().overlaps(peak.get_window_extent())
-    names = [text for text in mount.texts if text.get_text() in ("order 1", "order 2")]
-    assert len(names) == 2
-    assert all(Text.get_window_extent(one).y0 > mount.bbox.y1 for one in names)
-
-
-def test_equal_results_give_equal_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    coarse(monkeypatch)
-    first = draw_file(rigid_body(), tmp_path / "a" / "deep")
-    second = draw_file(rigid_body(), tmp_path / "b")
-    assert [path.name for path in first] == ["body_modal_energy.png"]
-    assert first[0].read_bytes() == second[0].read_bytes()
-    assert b"Software" not in first[0].read_bytes()
 
 
 # ----------------------------------------------------------------------------
