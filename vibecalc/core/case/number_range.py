@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from vibecalc.core.case.fields import Table
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, leaves
 from vibecalc.schema import Case
 
 LARGEST = 1e20
@@ -57,16 +57,11 @@ def present(case: Case) -> list[KeyPath]:
 
 
 def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
-    if isinstance(value, Table):
-        yield from _numbers(value.model_dump(by_alias=True, exclude_none=True), path)
-    elif isinstance(value, dict):
-        for key, entry in value.items():
-            yield from _numbers(entry, (*path, key))
-    elif isinstance(value, list | tuple):
-        for index, entry in enumerate(value):
-            yield from _numbers(entry, (*path, index))
-    elif isinstance(value, float):
-        yield path, value
+    for place, one in leaves(value, path):
+        if isinstance(one, Table):
+            yield from _numbers(one.model_dump(by_alias=True, exclude_none=True), place)
+        elif isinstance(one, float):
+            yield place, one
 
 
 def _at(part: Any, place: KeyPath) -> Any:

@@ -5,7 +5,7 @@ import shlex
 import socket
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.verdicts import judged
 from vibecalc.core.results.visible import visible
-from vibecalc.errors import CaseError, KeyPath, Problem, ResultError
+from vibecalc.errors import CaseError, Problem, ResultError, leaves
 
 if TYPE_CHECKING:
     from vibecalc.core.results.record import Entry
@@ -56,18 +56,11 @@ def _quantities(data: dict[str, Any]) -> Iterator[Problem]:
     from vibecalc.core.run.targets import unknown_quantity
 
     for table in ("reference", "limit", "find", "optimisation", "sweep"):
-        for path, quantity in _named(data.get(table), (table,)):
+        for path, quantity in leaves(data.get(table), (table,)):
+            if path[-1] != "quantity" or not isinstance(quantity, str):
+                continue
             if quantity and quantity not in CATALOGUE and not quantity.startswith(_OF_STUDIES):
-                yield unknown_quantity(path, quantity, CATALOGUE)
-
-
-def _named(data: object, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
-    """Results that are named as the `quantity` of a table or of one below it, and where."""
-    if isinstance(data, dict) and isinstance(data.get("quantity"), str):
-        yield path, data["quantity"]
-    below: Iterable[tuple[Any, Any]] = data.items() if isinstance(data, dict) else ()
-    for key, value in enumerate(data) if isinstance(data, list) else below:
-        yield from _named(value, (*path, key))
+                yield unknown_quantity(path[:-1], quantity, CATALOGUE)
 
 
 # ----------------------------------------------------------------------------
