@@ -12,6 +12,7 @@ from vibecalc.core.report.sections import having, read_as, scalar_of, table_of
 from vibecalc.core.report.writing import show_in
 from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
 from vibecalc.core.results.select import Side, worst
+from vibecalc.core.study.planned import FRONT_NAMES
 from vibecalc.errors import ResultError
 from vibecalc.units import convert, parse_quantity, si_value, split_number
 
@@ -206,9 +207,6 @@ def _same(value: Any, written: Any) -> bool:
 # Objectives, in the unit that people read.
 # ----------------------------------------------------------------------------
 
-#: objectives of a front, by what the results call them
-NAMES = ("objective", "second_objective", "third_objective", "fourth_objective", "fifth_objective")
-
 
 class Goal(NamedTuple):
     """An objective: its quantity, the entries that count, of which the worst does, name and unit.
@@ -269,9 +267,9 @@ def objective_of(result: Result, unit: str = "") -> Goal:
 def goals_of(result: Result) -> list[tuple[Goal, Quantity]]:
     """The objectives of a front and their values along it; none without a front."""
     study: Mapping[str, Any] = table_of(result.case, "optimisation")
-    given = [table_of(study, name) for name in NAMES[:2]]
+    given = [table_of(study, name) for name in FRONT_NAMES[:2]]
     given += list(study.get("further_objectives") or ())
-    found = [having(result.record, FRONT + name, "front_point") for name in NAMES[: len(given)]]
-    pairs = zip(given, found, strict=True)
+    found = [having(result.record, FRONT + name, "front_point") for name in FRONT_NAMES]
+    pairs = zip(given, found, strict=False)
     goals = [(goal_of(goal, one.unit), one) for goal, one in pairs if one is not None]
     return goals if len(goals) > 1 else []

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibecalc.core.report.goals import (
     FRONT,
-    NAMES,
+    FRONT_NAMES,
     PICKED,
     PREFIX,
     SIDES,
@@ -253,9 +253,9 @@ def _front(result: Result) -> list[str]:
     goals, record, units = goals_of(result), result.record, bound_units(result.case)
     if not goals:
         return []
-    titles = [name.removesuffix("_objective") for name in NAMES[: len(goals)]]
-    columns = [Cells(name, f"{title} {{unit}}", goal.unit)
-               for (goal, _), name, title in zip(goals, NAMES, titles, strict=False)]  # fmt: skip
+    titles = [name.removesuffix("_objective") for name in FRONT_NAMES[: len(goals)]]
+    named = zip(goals, FRONT_NAMES, titles, strict=False)
+    columns = [Cells(name, f"{title} {{unit}}", goal.unit) for (goal, _), name, title in named]
 
     def picks(choice: str) -> How:
         return lambda value, _: label_of(result.case, PICKED + choice, float(value))

@@ -10,7 +10,7 @@ import numpy as np
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, canvas, note, panels_of, unit_words
 from vibecalc.core.report.goals import (
     FRONT,
-    NAMES,
+    FRONT_NAMES,
     PREFIX,
     Goal,
     Variable,
@@ -127,7 +127,7 @@ def draw_front(result: Result) -> "Figure | None":
     figure = canvas(result, f"front between {count} objectives", 5.4 if across == 1 else high)
     for panel, pair in zip(panels_of(figure, len(pairs), across), pairs, strict=True):
         _draw_pair(result, panel, [goals[one] for one in pair], len(pairs) == 1)
-        if [NAMES[one] for one in pair] == list(NAMES[:2]):
+        if [FRONT_NAMES[one] for one in pair] == list(FRONT_NAMES[:2]):
             panel.legend(loc="best")
     return figure
 

@@ -220,9 +220,7 @@ FRONT_RUNS, _SOLVED = 100, 5
 #: points of a front that says nothing else
 FRONT_POINTS = 15
 #: objectives of a front, in their order
-FRONT_NAMES = tuple(
-    f"{number}objective" for number in ("", "second_", "third_", "fourth_", "fifth_")
-)
+FRONT_NAMES = ("objective", *map("{}_objective".format, ("second", "third", "fourth", "fifth")))
 
 #: `goal` has the unit and the kind of amplitude of the objective, `loss` the unit alone
 _OPTIMUM = """
