@@ -96,8 +96,8 @@ golden: $(READY) golden-results ## run every case, compare with tests/golden
 # WORKERS processes at a time, a few cases in each.
 golden-results: $(READY)
 	@mkdir -p outputs/golden
-	@printf '%s\n' $(CASES) | xargs -P $(WORKERS) -n 5 $(BIN)/vibecalc run -q -o outputs/golden/
-	@printf '%s\n' $(SWEPT:%.sweep=%) | xargs -P $(WORKERS) -I {} $(BIN)/vibecalc sweep cases/{}.toml -q \
+	@printf '%s\n' $(CASES) | xargs -r -P $(WORKERS) -n 5 $(BIN)/vibecalc run -q -o outputs/golden/
+	@printf '%s\n' $(SWEPT:%.sweep=%) | xargs -r -P $(WORKERS) -I {} $(BIN)/vibecalc sweep cases/{}.toml -q \
 	  --fresh -j 1 -o outputs/golden/{}.sweep.h5
 
 accept-golden: $(READY) golden-results ## make the numbers of this checkout the golden ones

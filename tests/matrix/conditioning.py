@@ -158,6 +158,7 @@ def _bare(record: Record) -> Result:
         case_sha256="",
         record=Record(quantities=quantities),
         version="",
+        verdicts=(),
     )
 
 
