@@ -8,20 +8,17 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vibecalc import __version__
 from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_with_location
 from vibecalc.core.case.raw import Setting, read_number, table_at
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.record import Entry, Record, Result
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.verdicts import judged
 from vibecalc.core.results.visible import visible
 from vibecalc.errors import CaseError, Problem, ResultError, leaves
-
-if TYPE_CHECKING:
-    from vibecalc.core.results.record import Entry
-    from vibecalc.schema import Case
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # What physics and plan find wrong with a case whose form is still wrong.
@@ -110,7 +107,7 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
     return check_machine(case) + check_targets(case, extra) + problems
 
 
-def _has_study(case: "Case") -> bool:
+def _has_study(case: Case) -> bool:
     """Whether a case runs its stages many times."""
     return case.optimisation is not None or bool(case.find) or case.fit is not None
 
@@ -159,7 +156,7 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
     return result
 
 
-def plan_texts(case: "Case") -> list[dict[str, str]]:
+def plan_texts(case: Case) -> list[dict[str, str]]:
     """What a run of `case` does and why, one row of short texts per stage."""
     from vibecalc.core.run.plan import plan_case
 
