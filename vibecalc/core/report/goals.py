@@ -3,17 +3,24 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.case.raw import parse_key
+from vibecalc.core.case.raw import get_key
 from vibecalc.core.report.sections import having, read_as, scalar_of, table_of
 from vibecalc.core.report.writing import show_in
-from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
+from vibecalc.core.results.record import (
+    AT_START,
+    FRONT_NAMES,
+    Estimate,
+    Quantity,
+    Record,
+    Result,
+)
 from vibecalc.core.results.select import Side, worst
-from vibecalc.core.study.planned import FRONT_NAMES
-from vibecalc.errors import ResultError
+from vibecalc.errors import ResultError, UsageError
 from vibecalc.units import convert, parse_quantity, si_value, split_number
 
 PREFIX = "optimisation/"
@@ -25,13 +32,9 @@ FITTED = "fit/value/"
 
 def written_at(case: Mapping[str, Any], key: str) -> Any:
     """What a case has at a key, `machine.mounts[0].stiffness`; None if nothing."""
-    part: Any = case
-    for step in parse_key(key):
-        try:
-            part = part[step]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return part
+    with suppress(UsageError):
+        return get_key(case, key)
+    return None
 
 
 #: words that more than one table has, and the tables that say whose they are

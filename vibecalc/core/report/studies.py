@@ -10,7 +10,6 @@ import numpy as np
 
 from vibecalc.core.report.goals import (
     FRONT,
-    FRONT_NAMES,
     PICKED,
     PREFIX,
     SIDES,
@@ -41,7 +40,7 @@ from vibecalc.core.report.sections import (
     written,
 )
 from vibecalc.core.report.writing import many, number, paragraph, show, show_in, show_percent, table
-from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
+from vibecalc.core.results.record import AT_START, FRONT_NAMES, Estimate, Quantity, Record, Result
 from vibecalc.core.results.select import worst
 from vibecalc.core.results.verdicts import entries, name_of
 from vibecalc.errors import ResultError

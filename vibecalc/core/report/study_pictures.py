@@ -10,7 +10,6 @@ import numpy as np
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, canvas, note, panels_of, unit_words
 from vibecalc.core.report.goals import (
     FRONT,
-    FRONT_NAMES,
     PREFIX,
     Goal,
     Variable,
@@ -22,7 +21,7 @@ from vibecalc.core.report.goals import (
 from vibecalc.core.report.sections import having, labels, scalar_of
 from vibecalc.core.report.studies import sigmas_of
 from vibecalc.core.report.writing import fold, show
-from vibecalc.core.results.record import AT_START, Quantity, Result
+from vibecalc.core.results.record import AT_START, FRONT_NAMES, Quantity, Result
 from vibecalc.core.results.verdicts import name_of, verdicts_of
 from vibecalc.units import convert
 

@@ -5,10 +5,10 @@ from itertools import product
 
 import numpy as np
 
-from vibecalc.core.results.record import Method
+from vibecalc.core.results.record import FRONT_NAMES, Method
 from vibecalc.core.study.binding import Binding, sign_of
 from vibecalc.core.study.choices import MOST_RUNS, in_words
-from vibecalc.core.study.planned import FRONT_NAMES, FRONT_POINTS, front_runs
+from vibecalc.core.study.planned import FRONT_POINTS, front_runs
 from vibecalc.core.study.record import Numbers, Studied
 from vibecalc.core.study.search.fronts import FrontPoints, front, knee, undominated
 from vibecalc.core.study.search.problem import Infeasible
