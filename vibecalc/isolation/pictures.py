@@ -33,7 +33,7 @@ from vibecalc.core.report.sections import having, labels, scalar_of, speed_of, t
 from vibecalc.core.report.sources import Look, over_turn, sourced
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING
+from vibecalc.isolation.results import AT_REST, BY_ORDER, MOVING
 from vibecalc.response.report import main_coordinates
 
 if TYPE_CHECKING:
