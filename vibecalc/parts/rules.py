@@ -1,7 +1,8 @@
 """Rules of one kind of machine: what an engine and a pump lack, or say twice; units of matrices."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from vibecalc.core.case.raw import misspelt, table_at, tables_at
 from vibecalc.core.case.rules import Row, at, at_most_one, both, needs, one_of
@@ -64,17 +65,27 @@ def _firing(row: Row) -> Iterator[Problem]:
     elif (
         _firing_counts(row)
         and not row["firing_order"]
-        and row.machine.get("cycle") == "four_stroke"  # in two strokes the throws say it
+        and not (row.machine.get("cycle") == "two_stroke" and _throws_told(cylinders))
         and len(cylinders) > 1
         and not misspelt(row.data, row.path, "firing_order")
         and not any(misspelt(one, (*path, place), "firing_angle") for place, one in cylinders)
     ):
+        two = row.machine.get("cycle") == "two_stroke"
         yield row.problem(
             "",
             "[machine.crank_train] does not define when its cylinders fire",
-            allowed="firing_order = ['1', '3', '4', '2'], or a firing_angle for every cylinder",
-            hint="a throw passes its top dead centre twice in four strokes and fires once",
+            allowed="firing_order = ['1', '3', '4', '2'], or "
+            f"a firing_angle{' or crank_phase' if two else ''} for every cylinder",
+            hint="without these all would fire at once"
+            if two
+            else "a throw passes its top dead centre twice in four strokes and fires once",
         )
+
+
+def _throws_told(cylinders: Sequence[tuple[int, Mapping[str, Any]]]) -> bool:
+    """Whether the case says how the throws stand: in two strokes a cylinder fires at each turn."""
+    told = {"crank_phase", "bank_angle", "articulated"}
+    return any(not told.isdisjoint(cylinder) for _, cylinder in cylinders)
 
 
 OF_ENGINE = (

@@ -13,6 +13,8 @@ from vibecalc.errors import KeyPath
 #: damping of an absorber, c2 / (2 sqrt(K1 J1)) and c2 / (2 J2 w2). Neither was named
 #: `damping_ratio` anew, so that no older case gets another meaning
 _OVER_PRIMARY, _OF_ABSORBER = "damping_over_primary_critical", "absorber_damping_ratio"
+#: name now -> what else a reader of the old name may have meant
+_MEANT = {_OVER_PRIMARY: f", of the primary (the absorber's own is `{_OF_ABSORBER}`)"}
 #: tables with bounds of a number
 _BOUNDED = ("variables", "find", "distribution", "tune.gain", "tune.acceleration_feedback")
 #: end of the place of a key, positions in lists left out -> its name now
@@ -163,7 +165,7 @@ def current_choice(path: KeyPath, text: str) -> str | None:
 def renamed(path: KeyPath) -> str:
     """What the last key of a path is called now and what rewrites the case, or nothing."""
     now = current_name(path)
-    return f"`{path[-1]}` is now `{now}`; {_REWRITES}" if now else ""
+    return f"`{path[-1]}` is now `{now}`{_MEANT.get(now, '')}; {_REWRITES}" if now else ""
 
 
 def renamed_choice(path: KeyPath, text: str) -> str:

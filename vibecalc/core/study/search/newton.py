@@ -21,6 +21,8 @@ FLAT = 1e-7
 ROUNDS = 12
 #: sum of gradients, in scaled units, that counts as none
 BALANCED = 1e-5
+#: share of a variable's range within which it is on its bound
+ON_BOUND = 1e-12
 #: share of the last step that may still be missing after it
 _SLACK = 1e-2
 
@@ -49,8 +51,8 @@ class Refined(NamedTuple):
 
 
 def walls(box: Box, unit: np.ndarray) -> np.ndarray:
-    """-1 and 1 where a point (k,) is on its lower or upper bound, else 0."""
-    sides = np.where(unit <= 0, -1, np.where(unit >= 1, 1, 0))
+    """-1 and 1 where a point (k,) is on its lower or upper bound but for round-off, else 0."""
+    sides = np.where(unit <= ON_BOUND, -1, np.where(unit >= 1 - ON_BOUND, 1, 0))
     return np.where(box.around, 0, sides)
 
 
