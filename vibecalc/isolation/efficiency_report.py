@@ -18,7 +18,7 @@ from vibecalc.core.report.rows import (
 from vibecalc.core.report.sections import Section, having, section, stacked
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
+from vibecalc.isolation.results import ByDirection, OfCouples, OfForces
 
 #: orders below this share of the largest stay in the result file, as those beyond so many
 LOUD = loud(1e-3, 12, 2)

@@ -36,8 +36,7 @@ from vibecalc.core.report.sources import Look, of_freedoms, over_turn, sourced
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.isolation.efficiency_report import LOUD, ROOTS, resultant
-from vibecalc.isolation.efficiency_results import ByDirection
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING
+from vibecalc.isolation.results import AT_REST, BY_ORDER, MOVING, ByDirection
 from vibecalc.response.report import main_coordinates
 
 if TYPE_CHECKING:

@@ -115,16 +115,14 @@ _SPEED = re.compile(r"\b\w*speed=(\S+) rad/s")
 
 def place_of(row: Verdict) -> str:
     """The worst entry in words, a speed in rpm."""
-    words = re.sub(r"(\w+)=([^,]*)", _named_entry, _SPEED.sub(_at_speed, row.label))
+    words = _SPEED.sub(lambda speed: at_rpm(speed[1]), row.label)
+    words = re.sub(r"(\w+)=([^,]*)", lambda pair: entry_in_words(*pair.groups()), words)
     return words.replace(", at ", " at ")
 
 
-def _at_speed(found: re.Match[str]) -> str:
-    return f"at {show(rpm(float(found[1])))} rpm"
-
-
-def _named_entry(found: re.Match[str]) -> str:
-    return entry_in_words(found[1], found[2])
+def at_rpm(speed: float | str) -> str:
+    """A speed in rad/s as a place that people read."""
+    return f"at {show(rpm(float(speed)))} rpm"
 
 
 def entry_in_words(axis: str, entry: str) -> str:

@@ -5,12 +5,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.case.raw import get_key, number_at
-from vibecalc.core.case.study_tables import TiedKey, Variable
+from vibecalc.core.case.study_tables import Find, TiedKey, Variable
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.results.select import worst
@@ -29,10 +30,6 @@ from vibecalc.core.study.search.side_by_side import Ask, side_by_side
 from vibecalc.core.study.variables import counted
 from vibecalc.errors import NumericalFailure, ResultError
 from vibecalc.units import parse_quantity
-
-if TYPE_CHECKING:
-    from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.case.study_tables import Find
 
 # ----------------------------------------------------------------------------
 # A case along one of its keys; of all solutions the one to name, and what has to be said with it.
@@ -92,8 +89,8 @@ class Along:
 
     def __init__(
         self,
-        search: "Find",
-        loaded: "LoadedCase",
+        search: Find,
+        loaded: LoadedCase,
         cache: StageCache,
         count: Callable[[str], None],
         number: int = 0,
@@ -266,7 +263,7 @@ class Along:
         return f"{value:.6g} {CATALOGUE[self.search.quantity].unit}".rstrip()
 
 
-def _sign(search: "Find") -> float:
+def _sign(search: Find) -> float:
     """1 where a minimum is sought, -1 for a maximum."""
     return 1.0 if search.sense == "min" else -1.0
 
@@ -291,7 +288,7 @@ _METHODS = [
 
 
 def add_solutions(
-    record: Record, loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False
+    record: Record, loaded: LoadedCase, *, timings: dict[str, float], progress: bool = False
 ) -> None:
     """Add `find/...` of all searches to the record of the case as written.
 
