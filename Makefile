@@ -27,9 +27,9 @@ NO_NUMBERS := docs* site package examples ci_example *plots *pictures python \
   *_editors *_html *_template *_report *_files *_needs *_saying \
   *_sweep_assembly *_sweep_pool *_sweep_survival *_verdicts *_migrate \
   *_json *_store *_references *_overrides *_locate \
-  bad_cases bad_cases_absorber bad_cases_compressor bad_cases_coupling bad_cases_curves bad_cases_engine \
+  bad_cases bad_cases_absorber bad_cases_compressor bad_cases_coupling bad_cases_engine \
   bad_cases_m* bad_cases_pump bad_cases_roll bad_cases_rows \
-  bad_cases_rules bad_cases_sweep* bad_cases_tangential_effort bad_cases_values bad_cases_where*
+  bad_cases_rules bad_cases_sweep* bad_cases_values bad_cases_where*
 # where the commit's hash chooses the kernel, its last digit chooses the eighth that runs of two sorts
 DIGIT = $(if $(filter commit,$(KERNEL)),$(shell git rev-parse HEAD | tail -c 2))
 IDLE = $(if $(filter 0 8,$(DIGIT)),[!ab])$(if $(filter 1 9,$(DIGIT)),[!c-e])$(if $(filter 2 a,$(DIGIT)),[!f-i])$(if \

@@ -4,6 +4,9 @@ from pathlib import Path
 
 import refused
 
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber
+
 RATIOS = """schema = 1
 title = "ratios"
 [machine]
@@ -131,3 +134,14 @@ def replaced(text: str, *pairs: tuple[str, str]) -> str:
 def refusal(folder: Path, text: str, **files: str) -> str:
     """What `check` says of a case that it refuses, "" if it takes it."""
     return refused.refusal(folder, "absorber", text, **files)
+
+
+def peaks_of(primary_damping: float, mass_ratio: float):
+    """Largest response or travel of springs and dampers (they broadcast), as a stock is read."""
+
+    def read(k, z, what):
+        what = "relative_displacement" if what == "travel" else what
+        top = peaks(Absorber(primary_damping, mass_ratio, k, z), "force", what)
+        return top.largest, top.largest_error
+
+    return read

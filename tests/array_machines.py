@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fuzzing import leaves
 from shipped_cases import CASES
 from sweep_blocks import quantities
 
@@ -79,16 +80,6 @@ class Counting(ArrayEvaluator):
         return status, message, found
 
 
-def numbers(table: Any, above: KeyPath = ()) -> list[KeyPath]:
-    """Key paths of all doubles of a case."""
-    if isinstance(table, float):
-        return [above]
-    if not isinstance(table, dict | list):
-        return []
-    entries = table.items() if isinstance(table, dict) else enumerate(table)
-    return [path for name, entry in entries for path in numbers(entry, (*above, name))]
-
-
 def paths_of(loaded: LoadedCase) -> tuple[str, ...]:
     """All results of a case that arrays can give."""
     case = loaded.case
@@ -97,7 +88,7 @@ def paths_of(loaded: LoadedCase) -> tuple[str, ...]:
 
 def keys_of(loaded: LoadedCase) -> tuple[KeyPath, ...]:
     """All numbers of a case that arrays can vary for these results."""
-    paths, every = paths_of(loaded), numbers(loaded.resolved)
+    paths, every = paths_of(loaded), leaves(loaded.resolved)
     return tuple(key for key in every if unsupported(loaded.case, [key], paths) is None)
 
 

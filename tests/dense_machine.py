@@ -50,6 +50,9 @@ class Solid:
 
     def __init__(self, body: Table):
         parts = body.get("parts") or [{"centre": np.zeros(3), **body}]
+        if "inertia_block" in body:
+            block = body["inertia_block"]
+            parts.append({**block, "centre": block["position"]})
         self.mass = sum(part["mass"] for part in parts)
         self.matrix = np.zeros((6, 6))
         moment = np.zeros(3)

@@ -11,7 +11,7 @@ from engine_as_published import ORDER, full_torque, modes
 from pages import Row
 
 from vibecalc.parts.firing import CYCLES, angles_in_order
-from vibecalc.torsion.as_published import (
+from vibecalc.torsion.adapters.as_published import (
     caughey_series,
     modal_excitation,
     series_damping,

@@ -1,9 +1,10 @@
-"""Every key that a case may have, put into a shipped or starter case, and that case run and shown.
+"""Every key that no shipped or starter case has, put into one of them, to be run and shown.
 
-An aim is a place of the schema of one kind of machine: an optional key, or one value of a choice or
-a switch. The values come from shipped cases that have the key, from what the base case has there,
-from defaults and bounds, and from `VALUES` where nothing of these is plausible. What has to come or
-to go along with it is read from the rules between keys, and from what `check` says.
+An aim is a place of the schema, an optional key or one value of a choice or a switch, of a kind of
+machine whose cases have most of what stands above it. The values come from shipped cases that have
+the key, from what the base case has there, from defaults and bounds, and from `VALUES` where none
+of these is plausible. What has to come or to go along with it is read from the rules between keys,
+and from what `check` says.
 """
 
 import copy
@@ -12,9 +13,8 @@ import re
 import shutil
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
-from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -70,6 +70,30 @@ def aims(kind: str) -> Iterator[Aim]:
             yield from (Aim(kind, pattern, value) for value in inner.choices)
         elif not field.is_required():
             yield Aim(kind, pattern)
+
+
+@cache
+def every_aim() -> tuple[Aim, ...]:
+    """What no shipped or starter case has, once, of the kind of machine that comes nearest."""
+    wanted: dict[tuple[Pattern, Any], list[Aim]] = {}
+    for kind in KINDS:
+        for aim in aims(kind):
+            wanted.setdefault((aim.pattern, repr(aim.value)), []).append(aim)
+    found = []
+    for each in wanted.values():
+        if not any(_has(written(path), aim) for path in _files() for aim in each):
+            found.append(min(each, key=lambda aim: min(_far(written(path), aim.pattern)
+                                                       for path in _own(aim.kind))))  # fmt: skip
+    return tuple(found)
+
+
+def _has(data: Data, aim: Aim) -> bool:
+    """Whether a case of the kind of an aim has it."""
+    if data["machine"]["kind"] != aim.kind:
+        return False
+    there = [get(data, path) for path in spots(data, aim.pattern)]
+    values = [one for some in there for one in (some if isinstance(some, list) else [some])]
+    return bool(there) if aim.value is None else aim.value in values
 
 
 # ----------------------------------------------------------------------------
@@ -140,7 +164,7 @@ def written(path: Path) -> Data:
 @cache
 def bases(kind: str) -> list[Base]:
     """Cases of a kind without what they are held against, the shortest first."""
-    found = [base for path in sorted(_own(kind)) if (base := _base(path, kind))]
+    found = [_base(path) for path in sorted(_own(kind))]
     return sorted(found, key=lambda base: base.seconds)
 
 
@@ -150,51 +174,15 @@ def _own(kind: str) -> frozenset[Path]:
 
 
 @cache
-def _base(path: Path, kind: str) -> Base | None:
-    """A case without what it is held against, as one of this kind of machine if it can be."""
+def _base(path: Path) -> Base:
+    """A case without what it is held against."""
     data = copy.deepcopy(written(path))
     for key in ("limit", *(() if "fit" in data else ("reference", "reference_table"))):
         data.pop(key, None)
     del data.get("optimisation", {}).get("variables", [])[1:]
     lighten(data)
-    if path not in _own(kind):
-        machine, own = data["machine"], bases(kind)[0].data["machine"]
-        machine["kind"] = kind
-        for key in KINDS[kind].needs:
-            if key in own:
-                machine.setdefault(key, copy.deepcopy(own[key]))
-        if kind == "plate":
-            data.setdefault("measurement", copy.deepcopy(bases(kind)[0].data["measurement"]))
-        _leave_out(data, (), kind)
-        if settle(data, ("machine", "kind"), kind):
-            return None
     (loaded,) = load_checked([data])
     return Base(path.stem, data, needs_of(loaded.case).seconds)
-
-
-def _leave_out(table: Any, above: Pattern, kind: str) -> None:
-    """Take out what a kind of machine does not have."""
-    for key, value in [*table.items()]:
-        pattern = (*above, key)
-        if pattern not in places(kind):
-            del table[key]
-        elif isinstance(value, dict) and places(kind)[pattern].shape.table:
-            _leave_out(value, pattern, kind)
-        elif isinstance(value, list):
-            for row in value:
-                if isinstance(row, dict):
-                    _leave_out(row, (*pattern, EACH), kind)
-
-
-def _borrowed(aim: Aim) -> Iterator[Base]:
-    """Cases of other kinds, as ones of this kind, that have more of what stands above a key."""
-    own = min(_far(base.data, aim.pattern) for base in bases(aim.kind))
-    paths = [path for path in _files() if path not in _own(aim.kind)]
-    for path in sorted(paths, key=lambda path: _far(written(path), aim.pattern)):
-        if _far(written(path), aim.pattern) >= own:
-            return
-        if base := _base(path, aim.kind):
-            yield base
 
 
 def lighten(data: Data, but: Pattern = ()) -> None:
@@ -243,15 +231,6 @@ def spots(data: Data, pattern: Pattern) -> list[KeyPath]:
                     forms.setdefault((path, frozenset(row), str(kind)), (*path, number))
         found = [*forms.values()]
     return found
-
-
-def standing(kind: str, data: Data) -> Iterator[Aim]:
-    """The aims of a kind that a case has."""
-    for aim in aims(kind):
-        there = [get(data, path) for path in spots(data, aim.pattern)]
-        values = [one for some in there for one in (some if isinstance(some, list) else [some])]
-        if aim.value in values if aim.value is not None else there:
-            yield aim
 
 
 @cache
@@ -422,8 +401,7 @@ def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
         yield from ((base.name, base.data) for base in by_hand if spots(base.data, aim.pattern))
 
     own = sorted(bases(aim.kind), key=lambda base: (*_far(base.data, aim.pattern), base.seconds))
-    every = by_hand or [*islice(_borrowed(aim), 3), *own[:8]]
-    for base in every:
+    for base in by_hand or own[:8]:
         if not by_hand:  # what is searched for is another matter
             kept = {key: one for key, one in base.data.items() if key not in SEARCHES}
             here = {key: base.data[key] for key in SEARCHES if key == aim.pattern[0] in base.data}
@@ -448,38 +426,6 @@ def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
                 return
 
 
-#: further keys that go into one case, and how often one is refused before it is left to its own
-_JOINED, _REFUSALS = 12, 3
-REFUSED_BESIDE = Counter[Aim]()
-
-
-def joined(aim: Aim, data: Data, others: Iterable[Aim]) -> tuple[Data, list[Aim]]:
-    """The case of an aim with keys of tables that it has, where `check` takes them along."""
-    came: list[Aim] = []
-    for other in others:
-        (above, *_) = _tables(data, other.pattern[:-1]) or [None]
-        if above is None or other.pattern in (aim.pattern, *(one.pattern for one in came)):
-            continue
-        study, spot = other.pattern[0], (*above, other.pattern[-1])
-        apart = study in (*STUDIES, "sweep") and study != aim.pattern[0]
-        is_table = _model_of(places(aim.kind)[other.pattern].shape) is not None
-        is_table &= len(other.pattern) == 1 or other.pattern[0] == "response"
-        there = get(data, spot) if other.value is None else get(data, spot) == other.value
-        if apart or is_table or there or REFUSED_BESIDE[other] >= _REFUSALS:
-            continue
-        new = copy.deepcopy(data)
-        set_key(new, spot, copy.deepcopy(next(values(other, data, spot), None)))
-        lighten(new, aim.pattern)
-        if get(new, spot) is None or problems_of(new):
-            REFUSED_BESIDE[other] += 1
-            continue
-        data = new
-        came.append(other)
-        if len(came) == _JOINED:
-            break
-    return data, came
-
-
 #: what `check` said of cases with a key that it does not take, and how often
 REFUSED: dict[Aim, Counter[str]] = {}
 
@@ -494,8 +440,8 @@ def _by_hand(aim: Aim, row: Any) -> Iterator[Base]:
     words = next(one for one in VALUES["study"].values() if aim.kind in one["kinds"])
     settings = _filled(row.get("set", {}), {**words, "value": aim.value})
     name = row.get("base") or (words["base"] if settings != row.get("set", {}) else "")
-    named = [_base(path, aim.kind) for path in _files() if path.stem == name]
-    for base in [one for one in named if one] if name else bases(aim.kind)[:6]:
+    named = [_base(path) for path in _own(aim.kind) if path.stem == name]
+    for base in named if name else bases(aim.kind)[:6]:
         data = copy.deepcopy(base.data)
         unset = [key for key in row.get("unset", ()) if get(data, parse_key(key)) is not None]
         try:

@@ -5,6 +5,7 @@ with a propeller; equal take-offs behind elastic teeth, with or without equal ab
 beside the crankshaft that closes a loop.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -21,34 +22,85 @@ def random_line(seed: int) -> Table:
     return _Draw(np.random.default_rng([seed, 39])).case(seed)
 
 
+def open_line(seed: int) -> Table:
+    """Without the quill that closes a loop: it shares mean torques by stiffnesses, whose rounding
+    their errors lack."""
+    case = random_line(seed)
+    line, count = case["machine"]["shaft_line"], len(case["machine"]["crank_train"]["cylinders"])
+    first, *others = line["shafts"]
+    line["shafts"] = [first, *(one for one in others if one["name"] != f"throw 1 to throw {count}")]
+    return case
+
+
 #: what may happen in time to the lines of `random_change`, in turn
 CHANGES = (
     "load_step", "misfire_onset", "short_circuit", "torque_history", "run_up", "run_down",
 )  # fmt: skip
 
 
-def random_change(seed: int) -> Table:
+def random_change(seed: int, kinds: Sequence[str] = CHANGES, cycles: float = 1.6) -> Table:
     """A small line of the same kind with dashpots alone, and a short change in time."""
     draw = _Draw(np.random.default_rng([seed, 93]), most=3)
-    case, kind = draw.case(seed), CHANGES[seed % len(CHANGES)]
+    case, kind = draw.case(seed), kinds[seed % len(kinds)]
+    draw.with_dashpots()
     case["title"] = f"random {kind} {seed}"
     line = case["machine"]["shaft_line"]
-    for shaft in line["shafts"]:
-        for loss in ("loss_factor", "magnifier", "lehr_ratio"):
-            if shaft.pop(loss, 0.0):
-                shaft["damping"] = shaft["stiffness"] / draw.natural * draw.spread(2e-3, 5e-2)
-        if soft := shaft.pop("coupling", {}):
-            shaft["stiffness"] = soft["stiffness"]
-            shaft["damping"] = 0.1 * soft["stiffness"] / draw.natural
-    for damper in line.get("dampers", []):
-        damper.pop("loss_factor", None)
-    if kind.startswith("run"):  # what goes with the speed, and what its square turns on
+    if kind.startswith(("run", "start")):  # what goes with the speed, and what its square turns on
         line["dampers"] = [one for one in line.get("dampers", []) if one["kind"] != "pendulum"]
         for beside in line.get("excitations", []):
             beside |= {"exponent": 2.0} if "exponent" in beside else {}
     asked = case["response"]["torsion"]
-    case["response"]["torsion"] = {"orders": asked["orders"], "transient": draw.change(kind)}
+    case["response"]["torsion"] = {
+        "orders": asked["orders"],
+        "transient": draw.change(kind, cycles),
+    }
     case["accuracy"] = {"rtol": 1e-9}
+    return case
+
+
+def random_variable_line(seed: int) -> Table:
+    """A row with dashpots alone, whose light to heavy pistons make its inertia vary."""
+    draw = _Draw(np.random.default_rng([seed, 13]), most=2)
+    draw.row({})
+    draw.dampers()
+    kept = draw.line.pop("dampers", ())
+    draw.line["dampers"] = [one for one in kept if one["kind"] != "pendulum"]
+    draw.with_dashpots()
+    case = draw.written(seed)
+    train, torsion = case["machine"]["crank_train"], case["response"]["torsion"]
+    inertia = 2.0 * draw.size * draw.spread(1e-3, 0.35)
+    train["reciprocating_mass"] = inertia / train["crank_radius"] ** 2
+    case["response"]["torsion"] = {"orders": torsion["orders"], "variable_inertia": {}}
+    if draw.chance(0.5):
+        case["response"]["torsion"]["speeds"] = {**torsion["speeds"], "points": 5}
+    return case
+
+
+def random_damper_case(seed: int) -> Table:
+    """A small engine with a ring that is to be found."""
+    draw = _Draw(np.random.default_rng([seed, 11]), most=3)
+    draw.row({})
+    for station in draw.stations:
+        station.pop("over_speed", None)
+    for shaft in draw.shafts:
+        shaft["diameter"] = 0.1
+    ring = draw.ring("ring", "throw 1") | {"kind": "spring"}
+    size, natural = ring["inertia"], draw.natural
+    ring |= {"stiffness": 0.7 * size * natural**2, "loss_factor": 0.0}
+    draw.line["dampers"] = [ring]
+    design: Table = {
+        "on": "ring",
+        "objective": str(draw.draw.choice(["torque", "twist", "stress"])),
+        "compare": {"stiffness": 0.5 * size * natural**2, "damping": 0.5 * size * natural},
+    }
+    if draw.chance(0.2):
+        design |= {"find": ["damping"], "stiffness": 0.6 * size * natural**2}
+    elif draw.chance(0.25):  # bounds that may hold the optimum
+        design["bounds"] = {"damping": [0.02 * size * natural, 0.2 * size * natural]}
+    case = draw.written(seed) | {"damper_design": design}
+    orders = {"step": 1.0, "count": int(draw.draw.integers(3, 7))}
+    speeds = {"from": 0.6 * draw.speed, "to": 1.2 * draw.speed, "points": 9}
+    case["response"]["torsion"] = {"orders": orders, "speeds": speeds}
     return case
 
 
@@ -97,6 +149,21 @@ class _Draw:
             }
             beside["torques"] = [1e-4 * self.stiff, 3e-5 * self.stiff]
             self.line.setdefault("excitations", []).append({**beside, "phases": [0.3, -2.0]})
+        return self.written(seed)
+
+    def with_dashpots(self) -> None:
+        """No losses of another kind and no couplings that vary."""
+        for shaft in self.shafts:
+            for loss in ("loss_factor", "magnifier", "lehr_ratio"):
+                if shaft.pop(loss, 0.0):
+                    shaft["damping"] = shaft["stiffness"] / self.natural * self.spread(2e-3, 5e-2)
+            if soft := shaft.pop("coupling", {}):
+                shaft["stiffness"] = soft["stiffness"]
+                shaft["damping"] = 0.1 * soft["stiffness"] / self.natural
+        for damper in self.line.get("dampers", []):
+            damper.pop("loss_factor", None)
+
+    def written(self, seed: int) -> Table:
         return {
             "schema": 1,
             "title": f"random line {seed}",
@@ -134,7 +201,7 @@ class _Draw:
             ],
         }
 
-    def change(self, kind: str) -> Table:
+    def change(self, kind: str, cycles: float) -> Table:
         """Over one or two cycles of the machine."""
         draw, cycle = self.draw, (4.0 if self.four else 2.0) * np.pi / self.speed
         found: Table = {"kind": kind, "time_before": 0.1 * cycle, "time_after": 0.7 * cycle}
@@ -152,8 +219,11 @@ class _Draw:
             rows = {"time": [0.0, 0.15 * cycle, 0.5 * cycle], "torque": [size, -size, 0.3 * size]}
             return found | {"on": on, "history": rows}
         slow, fast = (self.speed * float(draw.uniform(*one)) for one in ((0.6, 0.7), (0.9, 1.1)))
-        ends = (slow, fast) if kind == "run_up" else (fast, slow)
-        more = {"from": ends[0], "to": ends[1], "duration": 1.6 * cycle, "time_after": 0.1 * cycle}
+        more = {"from": slow, "to": fast, "duration": cycles * cycle, "time_after": 0.1 * cycle}
+        if kind == "run_down":
+            more |= {"from": fast, "to": slow}
+        if kind == "start":
+            del more["from"], found["time_before"]
         return found | more
 
     def asked(self) -> Table:

@@ -24,16 +24,14 @@ from vibecalc.torsion.damped_modes import damped_line_modes
 from vibecalc.torsion.damper_design.design import design, performance
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, SpeedTorque
 from vibecalc.torsion.forced import forced, modal_line
-from vibecalc.torsion.holzer import holzer_table
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.modes_of_tree import riccati_frequencies
+from vibecalc.torsion.modes_of_tree import holzer_table, riccati_frequencies
 from vibecalc.torsion.transient.march import transient
 from vibecalc.torsion.transient.motion import stretch
 from vibecalc.torsion.transient.trace import samples, window_amplitudes
-from vibecalc.torsion.variable_inertia.motion import variable_line
+from vibecalc.torsion.variable_inertia.motion import feed, steady_response, variable_line
 from vibecalc.torsion.variable_inertia.stability import refuse_unstable, stability
-from vibecalc.torsion.variable_inertia.steady import feed, steady_response
 
 # ----------------------------------------------------------------------------
 # Steady response: with an estimate of the error and without.
@@ -219,9 +217,8 @@ def test_unstable_operating_point_is_refused_and_damping_mends_it() -> None:
     torque = ship_torque(0.1)
     for damping, stable in ((0.01, False), (5.0, True)):
         engine = ship_engine(0.5, damping=damping)
-        motion = steady_response(engine, 540.0, torque, 24, follows=True, exact=True)
-        known = {"angle": motion.angle[0], "angle_error": motion.error[0], "torque": torque}
-        found = stability(engine, 540.0, follows=True, **known)
+        motion = steady_response(engine, 540.0, torque, 24, exact=True)
+        found = stability(engine, 540.0, angle=motion.angle[0], angle_error=motion.error[0])
         assert found.unstable != stable
         if not stable:
             with pytest.raises(NumericalFailure, match=r"540 rad/s: no steady motion; .*grows by"):

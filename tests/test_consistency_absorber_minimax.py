@@ -5,6 +5,7 @@ within limits, it is the best that is left; its derivatives and losses are those
 
 import numpy as np
 import pytest
+from absorber_cases import peaks_of
 from exact_tree import optimum
 from long_but import long_but
 from mpmath import mp, mpf
@@ -274,15 +275,15 @@ def test_no_point_of_a_grid_within_the_limits_is_better(limits, active):
 
 
 def test_the_best_stock_pair():
-    springs, oils = [0.07, 0.08, 0.09], [0.01, 0.015, 0.02, 0.03]
+    springs, oils = np.array([0.07, 0.08, 0.09]), np.array([0.01, 0.015, 0.02, 0.03])
     free = float(minimax(0.02, 0.1).largest)
-    found = stock_choice(0.02, 0.1, springs, oils, free)
+    found = stock_choice(springs, oils, free, peaks_of(0.02, 0.1))
     one_by_one = np.array([[float(peaks(Absorber(0.02, 0.1, k, z)).largest) for z in oils]
                            for k in springs])  # fmt: skip
     assert found.peak == pytest.approx(one_by_one, rel=1e-13)
     assert (found.spring, found.oil) == np.unravel_index(np.argmin(one_by_one), (3, 4))
     assert np.all(np.diff(one_by_one[tuple(found.order.T)]) >= 0.0)
     assert np.all(found.penalty > 0.0)
-    limited = stock_choice(0.02, 0.1, springs, oils, free, travel=9.0)
+    limited = stock_choice(springs, oils, free, peaks_of(0.02, 0.1), travel=9.0)
     assert not np.any(limited.travel[tuple(limited.order.T)] > 9.0)
     assert len(limited.order) == 3 and limited.oil == 3

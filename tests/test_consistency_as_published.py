@@ -12,7 +12,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
-from vibecalc.torsion.as_published import (
+from vibecalc.torsion.adapters.as_published import (
     caughey_series,
     empirical_magnifier,
     magnifier,
@@ -21,8 +21,8 @@ from vibecalc.torsion.as_published import (
     series_damping,
     twist_on_criticals,
 )
-from vibecalc.torsion.holzer import holzer_table, relative_residual
 from vibecalc.torsion.line import chain, stiffness_matrix
+from vibecalc.torsion.modes_of_tree import holzer_table, relative_residual
 
 FREQUENCY, SHAPE, INERTIA = modes(8)
 TORQUE = full_torque(8, speed=source.SPEED_OF_TEXT)

@@ -3,6 +3,7 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 from find_samples import (
@@ -24,8 +25,10 @@ from fuzzing import command
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.store import read_result
+from vibecalc.core.study import binding
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.core.study.planned import find_entries
+from vibecalc.core.study.sweep.at_once import compute
 
 #: the generator without its run-up
 PLAIN = HEAD.split("run_up =")[0] + "\n"
@@ -211,3 +214,31 @@ def test_a_sweep_does_not_search(tmp_path: Path) -> None:
     with_search = command("sweep", str(path), *grid, "-o", str(tmp_path / "a.h5"))
     assert with_search.code == 0, with_search.err
     assert command("run", str(path), "-q", "-o", str(tmp_path / "b.h5")).code == 3
+
+
+def test_searches_for_one_result_are_computed_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts = []
+
+    def counted(case: object, varied: object, count: int, *more: Any) -> Any:
+        counts.append(count)
+        return compute(case, varied, count, *more)
+
+    monkeypatch.setattr(binding, "compute", counted)
+    along = [
+        row(name, key, lower, upper, RIGID, 'change = "-20 N"')
+        for name, key, lower, upper in (
+            ("radius", RADIUS, "40 mm", "60 mm"),
+            ("rod", ROD, "150 mm", "3 m"),
+        )
+    ]
+    both, rounds = run(tmp_path, *along).record, len(counts)
+    apart = 0
+    for one, name in zip(along, ("radius", "rod"), strict=True):
+        counts.clear()
+        alone = run(tmp_path, one).record[f"find/{name}/value"]
+        apart += len(counts)
+        value = both[alone.path]
+        assert abs(value - alone) <= value.error_estimate + alone.error_estimate
+    assert 0 < rounds < 0.7 * apart

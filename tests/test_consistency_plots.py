@@ -1,9 +1,8 @@
-"""Claim: the pictures show the numbers of the result, with units, and the same bytes each time."""
+"""Claim: the pictures show the numbers of the result, with units."""
 
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +12,10 @@ pytest.importorskip("matplotlib")
 
 import matplotlib
 from drawn import coarse, figure, lines, words
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
-from vibecalc.core.report.canvas import plain_ticks
-from vibecalc.core.report.paper import Frame, Sheet, lay_out
-from vibecalc.core.report.plots import STYLE, _file_name, draw_file, every_picture, make, png
+from vibecalc.core.report.plots import STYLE, _file_name, _image, draw_file, every_picture, make
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.results.record import Axis, entry
 from vibecalc.core.results.store import read_result
@@ -188,103 +185,16 @@ def test_pictures_of_all_shipped_cases_have_names_of_their_own() -> None:
     assert _file_name("absorber_curves", "absorber_curves", every) == "absorber_curves_curves"
 
 
-def test_names_near_a_limit_and_above_the_axes_leave_the_curves_free() -> None:
-    result = read_result(GOLDEN / "generator_mount_design.h5")
-    from matplotlib.text import Text
-
-    made = figure(result, "run_up")
-    made.canvas.draw()
-    mount = made.axes[1]
-    (limit,) = (text for text in mount.texts if text.get_text().startswith("run-up limit"))
-    (peak,) = (text for text in mount.texts if " rpm" in text.get_text())
-    assert not limit.get_window_extent().overlaps(peak.get_window_extent())
-    names = [text for text in mount.texts if text.get_text() in ("order 1", "order 2")]
-    assert len(names) == 2
-    assert all(Text.get_window_extent(one).y0 > mount.bbox.y1 for one in names)
-
-
-def test_equal_results_give_equal_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    coarse(monkeypatch)
-    first = draw_file(rigid_body(), tmp_path / "a" / "deep")
-    second = draw_file(rigid_body(), tmp_path / "b")
-    assert [path.name for path in first] == ["body_modal_energy.png"]
-    assert first[0].read_bytes() == second[0].read_bytes()
-    assert b"Software" not in first[0].read_bytes()
-
-
-# ----------------------------------------------------------------------------
-# Rulers show what matplotlib's own axes show, take as much room, and png files hold it.
-# ----------------------------------------------------------------------------
-
 DPI = 100
-
-
-def pair(draw: Any) -> tuple[Any, Any]:
-    """The same in a frame and in matplotlib's axes, both laid out."""
-    made = []
-    for kind in (Frame, Axes):
-        figure = Sheet(figsize=(5.0, 3.0), layout="constrained", dpi=DPI)
-        FigureCanvasAgg(figure)
-        axes = figure.add_subplot(1, 1, 1, axes_class=kind)
-        draw(axes)
-        lay_out(figure, DPI)
-        figure.canvas.draw()
-        made.append(axes)
-    return made[0], made[1]
-
-
-def linear(axes: Any, low: float, span: float) -> None:
-    axes.plot([low, low + span], [span, -3.0 * span])
-    axes.set_xlabel("below")
-    axes.set_ylabel("beside\nin two lines")
-
-
-def logarithmic(axes: Any, low: float, span: float) -> None:
-    axes.loglog([abs(low) + 1e-3, abs(low) + 1.0 + 50.0 * span], [0.02, 70.0 * span])
-    for one in (axes.xaxis, axes.yaxis):
-        plain_ticks(one)
-    axes.set_ylabel("beside")
-
-
-def named(axes: Any, low: float, span: float) -> None:
-    axes.plot(range(4), [low, span, low, 0.0])
-    axes.set_xticks(range(4), ["one", "two", "a long name", "four"])
-    axes.tick_params(axis="x", labelrotation=90)
-    axes.set_title("over it")
-
-
-@pytest.mark.parametrize("kind", [linear, logarithmic, named])
-def test_a_ruler_has_the_numbers_of_an_axis_where_it_has_them(kind: Any) -> None:
-    rng = np.random.default_rng(7)
-    for low, span in zip(rng.normal(0.0, 40.0, 3), 10.0 ** rng.uniform(-2.0, 4.0, 3), strict=True):
-        with matplotlib.rc_context(STYLE):
-            own, theirs = pair(lambda axes, low=low, span=span: kind(axes, low, span))
-            # the frame is as large, but for a pixel that labels are rounded to
-            a, b = (axes.get_window_extent().extents for axes in (own, theirs))
-            np.testing.assert_allclose(a, b, atol=2.0)
-            both = ((own.xaxis, theirs.xaxis), (own.yaxis, theirs.yaxis))
-            for i, (ruler, axis) in enumerate(both):
-                seen = {
-                    tick.label1.get_text(): axis.axes.transData.transform([tick.get_loc()] * 2)[i]
-                    for tick in axis.get_major_ticks()
-                }
-                inside = {word: place for word, place in seen.items() if b[i] - 0.5 <= place
-                          <= b[i + 2] + 0.5}  # fmt: skip
-                places, words = ruler.ticks()
-                assert words == list(inside)
-                np.testing.assert_allclose(places, list(inside.values()), atol=2.0)
-                if axis.label.get_text():
-                    boxes = [one.label.get_window_extent().extents for one in (ruler, axis)]
-                    np.testing.assert_allclose(*boxes, atol=2.5)
 
 
 def test_a_png_holds_what_was_drawn() -> None:
     image = pytest.importorskip("PIL.Image")
     with matplotlib.rc_context(STYLE):
-        figure = Sheet(figsize=(3.0, 2.0), dpi=DPI)
+        figure = Figure(figsize=(3.0, 2.0), dpi=DPI)
         FigureCanvasAgg(figure)
         figure.subplots().plot([0.0, 1.0], [2.0, 1.0], color="#0072B2")
-        read = image.open(BytesIO(png(figure, DPI)))
+        read = image.open(BytesIO(_image(figure, "png", DPI)))
         drawn = np.asarray(figure.canvas.buffer_rgba())
     assert read.info["dpi"] == pytest.approx((DPI, DPI), abs=0.01)
-    np.testing.assert_array_equal(np.asarray(read), drawn[..., :3])
+    np.testing.assert_array_equal(np.asarray(read)[..., :3], drawn[..., :3])

@@ -1,7 +1,7 @@
 """Claim: both methods give one motion of a compressor, also where plain formulas break down.
 
 A body that nothing holds, an order on or next to an undamped natural frequency, run-ups past it.
-That the motion of any compressor is right `test_property_error_estimates.py` shows.
+That the motion of any compressor is right `test_consistency_random_machines.py` shows.
 """
 
 from typing import Any

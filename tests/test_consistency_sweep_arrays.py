@@ -5,27 +5,30 @@ Where a point fails, status and words are those of a single run.
 
 import random
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from array_machines import CHANGES, designed, hold, keys_of, machine, numbers, paths_of
+from array_machines import CHANGES, designed, hold, keys_of, machine, paths_of
+from fuzzing import leaves
 from long_but import long_but
 from shipped_cases import CASES
 from sweep_blocks import quantities
 
-from vibecalc.core.case.load import LoadedCase, load_case
+from vibecalc.absorber.stage import PEAKS, TOGETHER
+from vibecalc.core.case.load import load_case
 from vibecalc.core.case.raw import get_key, parse_key
-from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED
 from vibecalc.core.run.columns import PointsScene
 from vibecalc.core.run.plan import plan_case, planned_quantities
 from vibecalc.core.run.stage import Scene
-from vibecalc.core.study.sweep.at_once import pattern, unsupported
+from vibecalc.core.study.execute import load_checked
+from vibecalc.core.study.sweep.at_once import compute, pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.checks import UNSHARED_AXES
-from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator
+from vibecalc.core.study.sweep.design import Design
+from vibecalc.core.study.sweep.evaluate import Evaluator
 from vibecalc.errors import KeyPath, dotted
 from vibecalc.isolation.adapters import body
 
@@ -129,16 +132,6 @@ def test_refusals_and_failures_have_the_words_of_single_runs() -> None:
         assert part in words
 
 
-def both_ways(
-    loaded: LoadedCase, axes: list[dict[str, Any]], paths: tuple[str, ...], **more: Any
-) -> tuple[Block, Block]:
-    """All points of a sweep by arrays, and by single runs."""
-    sweep = Sweep.model_validate({"axes": axes, **more})
-    design = make_design(sweep, loaded.resolved)
-    every = np.arange(design.count)
-    return ArrayEvaluator(loaded, design, paths)(every), Evaluator(loaded, design, paths)(every)
-
-
 CYLINDERS = "machine.crank_train.cylinders"
 
 
@@ -161,9 +154,8 @@ def test_checks_of_what_is_not_computed_refuse_points_as_well(
     loaded = load_case(CASES[name])
     written = get_key(loaded.resolved, parse_key(key))
     axes = [{"key": key, "values": values or [written, written + 0.1]}]
-    together, alone = both_ways(loaded, axes, (path,))
-    assert together.status.tolist() == alone.status.tolist() == [DONE, REFUSED]
-    assert together.message == alone.message and part in alone.message[1]
+    found = hold(loaded, designed(loaded, axes), (path,), fewest=0, generous=None)
+    assert found.status.tolist() == [DONE, REFUSED] and part in found.message[1]
 
 
 @pytest.mark.parametrize("name", long_but(sorted(CASES), "generator_180", "balance_i4"))
@@ -179,7 +171,7 @@ def test_random_sweeps_of_shipped_cases(name: str) -> None:
         pytest.skip("arrays give no result of this case")
     for _ in range(8):
         some = tuple(draw.sample(paths, min(len(paths), 3)))
-        every = list(numbers(loaded.resolved))
+        every = leaves(loaded.resolved)
         drawn = draw.sample(every, min(len(every), 25))
         keys = [k for k in drawn if unsupported(case, [k], some) is None]
         axes = []
@@ -190,17 +182,8 @@ def test_random_sweeps_of_shipped_cases(name: str) -> None:
         together = [parse_key(axis["key"]) for axis in axes]
         if not axes or unsupported(case, together, some) is not None:
             continue  # no key that was drawn, or each by itself and not these together
-        together, alone = both_ways(loaded, axes, some, sampling="latin_hypercube", points=5)
-        assert together.status.tolist() == alone.status.tolist(), axes
-        assert together.message == alone.message
-        done = alone.status == DONE
-        for path, single in quantities(alone).items():
-            found = quantities(together)[path]
-            same = found.values == single.values  # also where a level is -inf
-            nothing = np.zeros_like(single.values)
-            apart = np.abs(np.subtract(found.values, single.values, out=nothing, where=~same))
-            uncertainty = found.errors + single.errors
-            assert (apart[done].reshape(int(done.sum()), -1) <= uncertainty[done, None]).all(), path
+        design = designed(loaded, axes, sampling="latin_hypercube", points=5)
+        hold(loaded, design, some, fewest=0, generous=None)
 
 
 @pytest.mark.parametrize(
@@ -255,3 +238,76 @@ def test_a_default_that_the_kind_of_a_table_does_not_have_is_left_to_single_runs
         unsupported(case, [(*damper, "damping")], ["response/torsion/largest/torque_half_range"])
         is None
     )
+
+
+(LOADED,) = load_checked([CASES["absorber_design_chart"]], ("reference=[]", "limit=[]"))
+DAMPING, MASS = (
+    parse_key(key) for key in ("machine.primary.damping_ratio", "machine.secondary.mass_ratio")
+)
+KEEP = frozenset(TOGETHER)
+UNIT = """
+schema = 1
+title = "an absorber in units"
+[machine]
+kind = "absorber"
+primary = { mass = "100 kg", natural_frequency = "10 Hz", damping_ratio = 0.01 }
+secondary = { mass = "5 kg", linear_stiffness = "17 N/mm", linear_damping = "60 N*s/m" }
+[response.absorber]
+frequencies = { from = "5 Hz", to = "15 Hz" }
+"""
+
+
+def test_arrays_are_single_runs() -> None:
+    axes = [
+        {"key": "machine.primary.damping_ratio", "values": [0.0, 0.69]},
+        {"key": "machine.secondary.mass_ratio", "values": [0.01, 2.0]},
+    ]
+    hold(LOADED, designed(LOADED, axes), tuple(TOGETHER), fewest=4, generous=None)
+
+
+PRIMARY, SECONDARY = "machine.primary.", "machine.secondary."
+#: keys that vary, and how much of the value as written each point has
+VARIED = {
+    "absorber_curves": {f"{SECONDARY}mass_ratio": (1.0, 0.2, 3.0)},
+    "unit": {
+        f"{PRIMARY}natural_frequency": (0.4, 1.1), f"{PRIMARY}damping_ratio": (0.0, 9.0),
+        f"{SECONDARY}linear_stiffness": (0.0, 2.0), f"{SECONDARY}linear_damping": (0.1, 8.0),
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_peaks_by_arrays_are_those_of_single_runs(name: str, tmp_path: Path) -> None:
+    path = CASES.get(name, tmp_path / "unit.toml")
+    if name not in CASES:
+        path.write_text(UNIT)
+    (loaded,) = load_checked([path], ("reference=[]", "limit=[]"))
+    axes = [
+        {"key": key, "values": list(get_key(loaded.resolved, parse_key(key)) * np.array(shares))}
+        for key, shares in VARIED[name].items()
+    ]
+    design = designed(loaded, axes)
+    assert unsupported(loaded.case, [parse_key(key) for key in design.keys], PEAKS) is None
+    hold(loaded, design, tuple(PEAKS), fewest=design.count, generous=1.0 + 1e-6)
+
+
+def test_points_that_need_words_are_left_to_single_runs() -> None:
+    z1, m = np.array([0.1, 0.8, -0.1, 0.1]), np.array([0.1, 0.1, 0.1, np.nan])
+    parts, alone = compute(LOADED.case, {DAMPING: z1, MASS: m}, 4, KEEP)
+    assert alone.tolist() == [1, 2, 3]
+    assert parts[0].places.tolist() == [0]
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("tuning.norm='h2'", "found together"),
+        ("tuning.mistuning=[0.1]", "point by point"),
+        ("tuning.kind='viscous'", "found together"),
+    ],
+)
+def test_what_arrays_do_not_do(setting: str, words: str) -> None:
+    keys = [parse_key("machine.secondary.mass_ratio")]
+    assert unsupported(LOADED.case, keys, ["tuning/peak"]) is None
+    (other,) = load_checked([CASES["absorber_design_chart"]], (setting, "reference=[]", "limit=[]"))
+    assert words in str(unsupported(other.case, keys, ["tuning/peak"]))

@@ -1,7 +1,9 @@
-"""Claim: a shaft line on the body gives it back the torques that a sum in time says.
+"""Claim: a shaft line on the body gives it back the torques that a sum in time says; a run-up under
+them is that of plain runs at single speeds inside it.
 
 Pistons and rods are followed through two turns in small steps, their torque is transformed, and a
-dense solution of the line answers it.
+dense solution of the line answers it. Gas and rotors without a line are in
+`test_consistency_random_machines.py`.
 """
 
 import re
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 from engine_cases import replaced
 from engine_mounted import COUNTER, ON_BODY, SEPARATE, mounted, wanted_of
+from long_but import long_but
 from mpmath import mp
 
 from vibecalc.core.case.load import validate
@@ -23,6 +26,7 @@ from vibecalc.excitation.pressure_cycle import motored_cycle
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.crank_train import crank_geometry
 from vibecalc.response.torque_reaction import line_transfer
+from vibecalc.schema import Case
 from vibecalc.torsion.line import chain, dynamic_stiffness
 from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.modes import natural_modes
@@ -186,3 +190,44 @@ def test_a_mean_torque_that_is_nothing_but_rounding_says_nothing_of_the_mounts()
         assert np.all(np.abs(found.values) <= found.error_estimate)
         assert found.error_estimate < size
     assert np.all(record["isolation/support_force/minimum_load"].values > 0.0)
+
+
+RUN_UP = ('model = "rigid_body"\n', 'model = "rigid_body"\nrun_up = { from = 40.0, to = 180.0 }\n')
+CURVE = "isolation/support_force/run_up"
+PEAK = "isolation/support_force/steady_peak"
+TEXTS = {
+    "damped line on the body": replaced(ON_BODY, ("orders = 12", "orders = 4"), RUN_UP),
+    "geared line, no momentum": replaced(COUNTER, RUN_UP),
+}
+
+
+def at_speed(case: Case, speed: float) -> Case:
+    return case.model_copy(
+        update={
+            "machine": case.machine.model_copy(update={"speed": speed}),
+            "isolation": case.isolation.model_copy(update={"run_up": None}),
+        }
+    )
+
+
+@pytest.mark.parametrize("name", long_but(TEXTS, "geared line, no momentum"))
+def test_plain_runs_at_speeds_of_the_run_up_agree(name: str) -> None:
+    case = mounted(TEXTS[name])
+    record = run_case(case)
+    curve, top = record[CURVE], record[f"{CURVE}_peak"]
+    where = record[f"{CURVE}_peak_speed"]
+    speeds = curve.axes[1].values
+    forces = np.asarray(curve.values)
+    assert forces.max() > 0.0
+    chosen = [0, len(speeds) // 4, int(np.argmax(forces[0])), 3 * len(speeds) // 4, -1]
+    for place in chosen:
+        plain = run_case(at_speed(case, float(speeds[place])), wanted=frozenset([PEAK]))[PEAK]
+        away = np.abs(forces[:, place] - plain.values)
+        # the same orders: what these leave out is no part of the difference
+        assert np.all(away <= 1e-9 * np.abs(forces).max())
+        assert away.max() <= curve.error_estimate
+    # no speed is higher than the maximum, and it is that of a plain run there
+    assert np.all(forces <= top.values[:, None] * (1.0 + 1e-9) + np.asarray(top.error_estimate))
+    for mount, speed in enumerate(where.values[:2]):
+        plain = run_case(at_speed(case, float(speed)), wanted=frozenset([PEAK]))[PEAK]
+        assert float(top.values[mount]) == pytest.approx(float(plain.values[mount]), rel=1e-9)

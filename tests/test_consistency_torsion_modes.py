@@ -5,10 +5,9 @@ import pytest
 from long_but import long_but
 from torsion_lines import HARD, assert_every_mode, hard_chain, network, star
 
-from vibecalc.torsion.holzer import holzer_table
 from vibecalc.torsion.line import Line, lines_of, stiffness_matrix
 from vibecalc.torsion.modes import Modes, natural_modes
-from vibecalc.torsion.modes_of_tree import riccati_frequencies
+from vibecalc.torsion.modes_of_tree import holzer_table, riccati_frequencies
 
 
 def assert_sound(line: Line, found: Modes, orthogonality: float) -> None:

@@ -21,9 +21,9 @@ from vibecalc.core.results.layout import DONE
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import StageCache, checked_case, run_case
 from vibecalc.core.study.sweep.at_once import compute, pattern, unsupported
+from vibecalc.torsion.adapters.largest_alone import bare_line, hung, ring_stiffness, torque_under
 from vibecalc.torsion.asked import RING_KEYS, TOGETHER
 from vibecalc.torsion.forced import forced
-from vibecalc.torsion.hung import bare_line, hung, ring_stiffness, torque_under
 from vibecalc.torsion.line import Line, complex_stiffness
 
 RING = "machine.shaft_line.dampers[0]"

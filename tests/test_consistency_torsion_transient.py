@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 import tomli_w
-from engine_cases import GENSET, ran
+from engine_cases import GEARED, GENSET, ran, replaced
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.report.pages import conclusion
@@ -21,7 +21,10 @@ from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.schema import Case
+from vibecalc.torsion.adapters import transient_motion
 from vibecalc.torsion.adapters.setup import build_setup
+from vibecalc.torsion.adapters.variable_inertia import gas_torque, system_of
+from vibecalc.torsion.forced import forced_masked
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.report import first_page
 from vibecalc.torsion.transient.march import TransientRun, transient
@@ -310,3 +313,35 @@ def test_a_clutch_from_case_to_report() -> None:
     text = render_report(result, full=True)
     for words in ("Clutch coupling engages", "The clutch slips for", "Rainflow cycles"):
         assert words in text
+
+
+def test_cylinders_of_stations_that_a_rigid_gear_joins_all_act() -> None:
+    joined = replaced(
+        GEARED,
+        ('  { between = ["a", "b"], stiffness = "1e6 N*m/rad" },\n', ""),
+        ("gears = [\n", 'gears = [\n  { between = ["a", "b"], ratio = 1.0, reverses = false },\n'),
+    )
+    setup = build_setup(validate(tomllib.loads(joined)))
+    speed, drive = setup.speed, setup.drive
+    assert len(set(drive.freedom.tolist())) < len(drive.freedom)
+    gas, inertia = transient_motion.torques(setup, speed)
+    both = (gas + speed**2 * inertia).sum(axis=0)[1:]
+    load = drive.load(np.array([speed]))[0].sum(axis=-1)
+    np.testing.assert_allclose(both, load, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(
+        gas_torque(setup, speed)[1:].sum(axis=1), gas.sum(axis=0)[1:], atol=1e-9
+    )
+    # the inertia of both throws varies, by twice as much as that of one
+    apart = build_setup(validate(tomllib.loads(GEARED)))
+    whole, alone = (
+        system_of(one, speed).variation[one.shaft.cylinder_freedom[0], 1] for one in (setup, apart)
+    )
+    assert whole == pytest.approx(2.0 * alone, rel=1e-9)
+    # a solve adds them as well
+    line, load = setup.model.line, np.array([[1.0, 2.0]], dtype=complex)
+    place = int(drive.freedom[0])
+    both, one = (
+        forced_masked(line, np.array([50.0]), torque, stations=stations).angle
+        for torque, stations in ((load, [place, place]), (load.sum(axis=1)[:, None], [place]))
+    )
+    np.testing.assert_array_equal(both, one)

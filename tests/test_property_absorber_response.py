@@ -1,66 +1,17 @@
-"""Claim: no grid finds a larger response than the exact peaks, for any ratios, limits included, and
-no maximum is missed or given twice; below its threshold of primary damping an absorber helps, above
-it none does.
-"""
-
-import contextlib
+"""Claim: below its threshold of primary damping an absorber helps; above it none of a grid does."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.optimize import brentq
-from two_masses import amplitude, with_error
 
 from vibecalc.absorber.mean_square import mean_square
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.transfer import (
     EXCITATIONS,
-    RESPONSES,
     Absorber,
-    poles,
 )
 from vibecalc.absorber.tuning.closed_forms import threshold
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
-from vibecalc.errors import NumericalFailure
-
-GRID = np.concatenate([[0.0], np.logspace(-5, 5, 4001)])
-
-ratio = st.one_of(st.sampled_from([0.0, np.inf]), st.floats(1e-5, 30.0))
-
-
-@pytest.mark.long
-@settings(max_examples=80, deadline=None)
-@given(
-    st.one_of(st.sampled_from([0.0, 2**-0.5]), st.floats(1e-9, 2.0)), st.floats(1e-4, 10.0),
-    ratio, ratio, st.sampled_from(EXCITATIONS), st.sampled_from(RESPONSES),
-)  # fmt: skip
-def test_no_grid_exceeds_the_peaks_and_every_hump_is_found(z1, m, k, z2, excitation, response):
-    a = Absorber(z1, m, k, z2)
-    swings = poles(a).value[poles(a).value.imag > 0.0]
-    damped = -swings.real / np.abs(swings)
-    if np.any(damped < 5e-14) and (z1 > 0.0 or 0.0 < z2 < np.inf):
-        with contextlib.suppress(NumericalFailure):
-            peaks(a, excitation, response)
-        return  # refused where digits run out
-    found = peaks(a, excitation, response)
-    curve = np.abs(amplitude(a, GRID, excitation, response))
-    assert np.max(curve) <= found.largest * (1.0 + 1e-10) + found.largest_error
-    middle = curve[1:-1]
-    with np.errstate(invalid="ignore"):
-        hump = (middle > curve[:-2] * (1 + 1e-9)) & (middle > curve[2:] * (1 + 1e-9))
-    assert np.sum(hump) <= np.sum(found.present)
-    for x in GRID[1:-1][hump]:
-        assert np.min(np.abs(np.log(found.frequency[found.present] / x))) < 1.2e-2
-    assert np.all(np.diff(found.frequency[found.present]) > 0.0)
-    inside = found.present & np.isfinite(found.magnitude)
-    x = found.frequency[inside]
-    near = np.stack([np.nextafter(x, 0.0), x, np.nextafter(x, np.inf)])
-    at, error = with_error(a, near, excitation, response)
-    # the last bit of x is felt on a sharp peak: one of three neighbours has its height
-    wrong = np.min(np.abs(np.abs(at) - found.magnitude[inside]) - error, axis=0)
-    assert np.all(wrong <= 2.0 * found.error[inside] + 1e-8 * found.magnitude[inside])
-
 
 PAIRS = [
     (excitation, response)

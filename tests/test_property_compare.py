@@ -42,14 +42,6 @@ def ruled(**keys: Any) -> Rules:
     return Rules(rules=(Rule(quantity="*", **keys),))
 
 
-def test_a_result_equals_itself() -> None:
-    comparison = compare(typical(), typical())
-    assert comparison.same
-    assert len(comparison.rows) == 60
-    assert sum(row.entries for row in comparison.rows) > 1000
-    assert {row.kind for row in comparison.rows} == {"value", "curve"}
-
-
 @settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 2**32),

@@ -10,7 +10,7 @@ from isolation_machines import random_body, shows
 
 from vibecalc.isolation.at_mounts import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
-from vibecalc.isolation.run_up import Range, RunUp, cycle_peaks, run_up, run_up_peak
+from vibecalc.isolation.run_up import Range, RunUp, run_up, run_up_peak
 from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.matrices import assemble, displacement_at
@@ -96,28 +96,3 @@ def test_branches_that_cross_and_ends_that_hide_a_peak() -> None:
 @pytest.mark.parametrize("light", [8.0, 1.0, 1e-3])
 def test_peaks_of_many_machines(light: float) -> None:
     check(range(7000, 7400), light)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", [3, 8])
-def test_a_dense_sweep_shows_the_same_in_blocks_of_any_size(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    given = drawn(seed, 1.0)
-    rows, orders, _, start, stop, _ = given
-    whole = run_up(given)
-    highest = whole.peak.value
-    near = [speed * (1.0 + np.linspace(-0.01, 0.01, 101)) for speed in whole.peak.speed]
-    sweep = np.concatenate([np.linspace(start, stop, 3000), *near])
-    sweep = sweep[(sweep >= start) & (sweep <= stop)]
-    monkeypatch.setattr("vibecalc.isolation.run_up_samples.MOST_AT_ONCE", 40)
-    top = np.max(cycle_peaks(rows, orders, sweep).value, axis=0)
-    assert np.all(top <= highest * (1.0 + 1e-12) + whole.peak.error)
-    assert top == pytest.approx(highest, rel=1e-5)
-    between = 0.7 * whole.speed[1:] + 0.3 * whole.speed[:-1]
-    line = 0.7 * whole.curve.value[1:] + 0.3 * whole.curve.value[:-1]
-    # the test of midpoints sees a grid of angles, which is good to some 4e-4
-    assert np.all(np.abs(cycle_peaks(rows, orders, between).value - line) <= 2e-3 * highest)
-    again = run_up(given)
-    assert again.peak.value == pytest.approx(highest, rel=1e-12)
-    assert again.peak.speed == pytest.approx(whole.peak.speed, rel=1e-11)

@@ -62,8 +62,8 @@ def test_the_first_help_loads_no_pydantic(tmp_path: Path) -> None:
 SAYING = (
     "tables", "shaft_line_tables", "rules", "form", "stage", "results",
     "checks", "motor_checks", "line_checks", "engine_rules", "question_tables",
-    "question_checks", "line_part_tables", "efficiency_results", "study_results",
-    "mount_results", "coupling_results", "asked", "asked_tables", "motion_results", "readings",
+    "question_checks", "line_part_tables", "study_results",
+    "coupling_results", "asked", "asked_tables", "motion_results", "readings",
 )  # fmt: skip
 #: what checks count with
 COUNTING = (

@@ -1,6 +1,6 @@
 """The tree of errors, each with the exit code the command line returns for it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import wraps
 from typing import Any, NamedTuple
 
@@ -56,6 +56,15 @@ def dotted(path: KeyPath) -> str:
     """`machine.crank_train.cylinders[0].position`, as `--set` takes it."""
     text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
     return text.removeprefix(".")
+
+
+def leaves(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
+    """Everything in nested tables and lists that is neither, with its place."""
+    if not isinstance(value, Mapping | list | tuple):
+        yield path, value
+        return
+    for key, below in value.items() if isinstance(value, Mapping) else enumerate(value):
+        yield from leaves(below, (*path, key))
 
 
 class VibecalcError(Exception):

@@ -305,44 +305,6 @@ def _form(name: str, form: Schema, forms: Schema) -> Schema:
 
 
 # ----------------------------------------------------------------------------
-# Rules of a table.
-# ----------------------------------------------------------------------------
-
-
-def _joined(rules: list[Schema]) -> list[Schema]:
-    """Rules of a table in the JSON schema, those under the same condition as one of them."""
-    found: list[Schema] = []
-    for rule in rules:
-        for one in found:
-            then = _both(one["then"], rule["then"]) if one.get("if", 0) == rule.get("if") else None
-            if then:
-                one["then"] = then
-                break
-        else:
-            found.append({**rule})
-    return [_not_both(rule) for rule in found]
-
-
-def _not_both(rule: Schema) -> Schema:
-    """A rule of two keys that are mutually exclusive, in a few words; another one as it is."""
-    (one, *others), barred = rule.get("if", {}).get("required", [""]), rule.get("then", {})
-    if others or barred.keys() != {"properties"} or [*barred["properties"].values()] != [False]:
-        return rule
-    return {"not": {"required": [one, *barred["properties"]]}}
-
-
-def _both(first: Schema, second: Schema) -> Schema | None:
-    """Keys that are asked for, and what they may be, as one; None where that is two things."""
-    one, other = (then.get("properties", {}) for then in (first, second))
-    plain = first.keys() | second.keys() <= {"properties", "required"}
-    if not plain or any(one[key] != other[key] for key in one.keys() & other.keys()):
-        return None
-    asked = dict.fromkeys(key for then in (first, second) for key in then.get("required", ()))
-    found: Schema = {"properties": one | other, "required": [*asked]}
-    return {word: said for word, said in found.items() if said}
-
-
-# ----------------------------------------------------------------------------
 # What pydantic writes, in order.
 # ----------------------------------------------------------------------------
 
@@ -364,8 +326,6 @@ def _tidy(schema: Any, forms: Schema) -> Any:
     tidy = {_BOUND_NAMES.get(key, key): entry for key, entry in rows.items()}
     if "$ref" in tidy.get("allOf", [{}])[0]:  # what `Table` wraps, to remain a reference
         tidy.update(tidy.pop("allOf")[0])
-    elif "allOf" in tidy:
-        tidy["allOf"] = _joined(tidy["allOf"])
     if isinstance(tidy.get("title"), str):
         del tidy["title"]
     if len(tidy.get("enum", ())) > 1 and tidy.get("type") == "string":

@@ -47,17 +47,15 @@ class HardCase(NamedTuple):
 
     `condition` gives the relative condition of what is asked: by how much a relative change of the
     data is multiplied, at worst; infinite at a singular point and for what is exactly zero. `truth`
-    is None where no number exists: then vibecalc refuses or says infinite. `does` says in words
-    what vibecalc does. `scale` is what errors are relative to, each value's own size by default.
-    `long` cases run in `make test-long` alone. What each way loses is stated in `stated.toml`.
+    is None where no number exists: then vibecalc refuses or says infinite. `scale` is what errors
+    are relative to, each value's own size by default. `long` cases run in `make test-long` alone.
+    What each way loses is stated in `stated.toml`.
     """
 
     name: str
-    source: str
     condition: Callable[[], float]
     truth: Callable[[], Numbers] | None
     own: Callable[[], Bounded]
-    does: str
     ways: tuple[Way, ...]
     scale: float | None = None
     long: bool = False

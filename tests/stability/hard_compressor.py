@@ -120,9 +120,8 @@ def nearby(away: float) -> HardCase:
         return lambda: [motion(matrices, speed, FORCE, **how) for speed in speeds]
 
     return HardCase(
-        f"an order {away:g} next to an undamped natural frequency", "Ong",
+        f"an order {away:g} next to an undamped natural frequency",
         lambda: condition_nearby(away), lambda: truth_of(away), own,
-        "answers; the loss is in the error",
         (Way("numpy.linalg.solve", each(by_solve), loose=True),
          Way("sum of modes from scipy.linalg.eigh", each(by_modes), loose=True),
          Way("P |Y|, as published", each(by_modes, signs=False))),
@@ -139,8 +138,8 @@ def diagonal() -> Linear:
 def on_it() -> HardCase:
     matrices = diagonal()
     return HardCase(
-        "an order on an undamped natural frequency", "Ong", singular, None,
-        lambda: own_response(matrices, 200.0, FORCE), "refuses, naming order and mode",
+        "an order on an undamped natural frequency", singular, None,
+        lambda: own_response(matrices, 200.0, FORCE),
         (Way("sum of modes from scipy.linalg.eigh", lambda: by_modes(matrices, 200.0, FORCE)),
          Way("numpy.linalg.solve, 1 rounding off",
              lambda: by_solve(matrices, 200.0 * (1 + 2**-52), FORCE))),
@@ -233,9 +232,8 @@ def entry_condition(matrices: Linear) -> float:
 
 def modes_case(name: str, matrices: Linear) -> HardCase:
     return HardCase(
-        name, "found", lambda: entry_condition(matrices),
+        name, lambda: entry_condition(matrices),
         lambda: true_frequencies(matrices), lambda: own_frequencies(matrices),
-        "answers; the loss is in the error",
         (Way("scipy.linalg.eigh(K, M)", lambda: by_eigh(matrices), loose=True),
          Way("eigenvalues of M^-1 K", lambda: by_eig(matrices), loose=True)),
     )  # fmt: skip
@@ -247,8 +245,8 @@ def cases() -> tuple[HardCase, ...]:
         nearby(1e-9),
         on_it(),
         HardCase(
-            "energies of orders 2 to 240, to 1e-320 and below", "Ong", lambda: 2.0,
-            true_energy, own_energy, "answers; what underflows is 0, with an error",
+            "energies of orders 2 to 240, to 1e-320 and below", lambda: 2.0,
+            true_energy, own_energy,
             (Way("v* M v / 4 in plain floats", plain_energy),),
         ),
         modes_case("a mount 1e10 times as stiff along one skewed direction", stiff_matrices()),

@@ -119,16 +119,15 @@ def growth() -> float:
 def cases() -> tuple[HardCase, ...]:
     return (
         HardCase(
-            "five bounces of a damped mass, contact for a hundredth of the time", "Ong",
-            bounce_condition, true_bounces, own_bounces, "answers",
+            "five bounces of a damped mass, contact for a hundredth of the time",
+            bounce_condition, true_bounces, own_bounces,
             (Way("Runge-Kutta, 1e-4 s", lambda: stepped_bounces(1e-4, False)),
              Way("Euler, 1e-4 s", lambda: stepped_bounces(1e-4, True))),
             long=True,
         ),
         HardCase(
-            "mean force after 12 turns: runs 1e-9 in apart part after 2 to 7", "Ong",
+            "mean force after 12 turns: runs 1e-9 in apart part after 2 to 7",
             growth, lambda: [mpmath.mpf(LONG_RUN)], own_mean,
-            "gives means over an ensemble with their standard error; says when runs part",
             (Way("the last turn of one run", lambda: ensemble(1, 1, 11).ravel(), loose=True),),
             long=True,
         ),

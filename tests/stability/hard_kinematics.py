@@ -88,11 +88,9 @@ def harmonics_case(
 
     return HardCase(
         name,
-        "Ong",
         lambda: condition_of(lambda lam: closed(lam, orders), ratio),
         exact,
         lambda: own(ratio, orders),
-        "answers",
         (
             Way(f"FFT of {samples} samples", lambda: by_samples(ratio, orders, samples),
                 loose=True),
@@ -174,25 +172,24 @@ def cases() -> tuple[HardCase, ...]:
         harmonics_case("R/L = .99, orders 2 to 200", 0.99, even(2, 200, 22), sampled),
         harmonics_case("R/L = .999999, orders 2 to 200", 0.999999, even(2, 200, 22), closed, 4096),
         HardCase(
-            "R/L = .01, order 200 (1e-455, below every double)", "Ong",
+            "R/L = .01, order 200 (1e-455, below every double)",
             lambda: condition_of(lambda lam: closed(lam, (200,)), 0.01),
             lambda: [mpmath.mpf(0)], lambda: own(0.01, (200,)),
-            "answers 0, with the smallest normal double as its error",
             (Way("FFT of 1024 samples", lambda: by_samples(0.01, (200,), 1024)),),
         ),
         HardCase(
-            "R/L = 1 - 1e-9, acceleration at and next to 90 degrees", "Ong", sharp_condition,
-            sharp_truth, sharp_own, "answers",
+            "R/L = 1 - 1e-9, acceleration at and next to 90 degrees", sharp_condition,
+            sharp_truth, sharp_own,
             (Way("textbook formula, plain floats", sharp_plain, loose=True),
              Way("second differences, 1e-4 rad", sharp_differences)),
         ),
         HardCase(
-            "R/L = 1 in a case", "Ong", singular, None, as_case, "refuses, with the line (exit 2)",
+            "R/L = 1 in a case", singular, None, as_case,
             (Way("FFT of 1024 samples", lambda: by_samples(1.0, limit, 1024)),),
         ),
         HardCase(
-            "R/L = 1: the acceleration jumps at 90 degrees", "Ong", singular, None,
-            lambda: own(1.0, limit), "refuses",
+            "R/L = 1: the acceleration jumps at 90 degrees", singular, None,
+            lambda: own(1.0, limit),
             (Way("FFT of 1024 samples", lambda: by_samples(1.0, limit, 1024)),
              Way("eq. 2.15, 40 terms", lambda: cut_series(1.0, limit))),
         ),

@@ -161,8 +161,8 @@ def running(name: str, words: str) -> HardCase:
         )
     )
     return HardCase(
-        words, "Herold", lambda: condition(name), lambda: truth_of(name),
-        lambda: own(machine, drive, ORDERS, SYNCHRONOUS), "answers",
+        words, lambda: condition(name), lambda: truth_of(name),
+        lambda: own(machine, drive, ORDERS, SYNCHRONOUS),
         (Way("Euler .5 ms, third turn, as published", lambda: marched(
             "euler", ORDERS, fields, source_drive(**curves), turns=3)),
          Way("Runge-Kutta .5 ms until a turn repeats to 1 %", lambda: marched(
@@ -182,9 +182,8 @@ def equal_stages() -> HardCase:
         machine, drive, steady_state(machine, drive, 8, started_at=SYNCHRONOUS).turn, ORDERS
     )
     return HardCase(
-        "equal stages and masses: the odd harmonics are zero", "Herold", singular,
+        "equal stages and masses: the odd harmonics are zero", singular,
         lambda: [mpmath.mpf(0)] * len(ODD), lambda: own(machine, drive, ODD, SYNCHRONOUS),
-        "answers round-off; its error says that it is zero, the level is -inf",
         (Way("Euler .5 ms, third turn, as published",
              lambda: marched("euler", ODD, fields, source_drive(equal=True), turns=3)),),
         scale=float(np.max(np.abs(even))),
@@ -195,9 +194,8 @@ def overloaded() -> HardCase:
     fields: dict[str, object] = {"gas_scale": [3.5, 3.5]}
     machine, drive = boxed(fields, {})
     return HardCase(
-        "gas times 3.5: the demand is above the breakdown torque", "Herold", singular,
+        "gas times 3.5: the demand is above the breakdown torque", singular,
         None, lambda: own(machine, drive, ORDERS, SYNCHRONOUS),
-        "refuses: no running state exists",
         (Way("Newton from constant speed, 181 angles", lambda: newton(machine, drive, ORDERS)),
          Way("Euler .5 ms, third turn, as published",
              lambda: marched("euler", ORDERS, fields, source_drive(), turns=3))),
@@ -219,9 +217,9 @@ def mounted() -> HardCase:
         np.max(np.abs(spectrum(machine, drive, steady_state(machine, drive, 8).turn, ORDERS)))
     )
     return HardCase(
-        "soft mounts: the start-up lasts for a hundred turns", "Herold",
+        "soft mounts: the start-up lasts for a hundred turns",
         lambda: sensitivity(machine, drive, 8, None), truth,
-        lambda: own(machine, drive, ORDERS, None), "answers, without the transient",
+        lambda: own(machine, drive, ORDERS, None),
         (Way("Euler .5 ms, third turn, as published",
              lambda: marched("euler", ORDERS, fields, source_drive(), turns=3)),
          Way("Runge-Kutta .5 ms until a turn repeats to 1 %",

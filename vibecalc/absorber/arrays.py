@@ -17,8 +17,7 @@ def tunings(scene: PointsScene) -> None:
     from vibecalc.absorber.tuning.minimax import BALANCED, minimax
 
     parts, options = build_absorber(scene.case), scene.case.tuning
-    if parts.absorber is None or options is None:
-        raise ValueError("the case has no absorber to tune")
+    assert parts.absorber is not None and options is not None
     pair = options.excitation, options.response
     z1, m = (
         np.array(np.broadcast_to(given, scene.count), dtype=float)

@@ -94,8 +94,7 @@ def bending(machine: Machine) -> Bending | None:
     rod, wheel = machine.rod, machine.flywheel
     if rod is None or wheel is None:
         return None
-    if rod.elastic_modulus is None or rod.span is None or rod.total_length is None:
-        raise ValueError("a rod that bends needs span, total_length and elastic_modulus")
+    assert rod.elastic_modulus is not None and rod.span is not None and rod.total_length is not None
     if rod.mass is not None:
         line = rod.mass / rod.total_length
     else:
@@ -326,8 +325,7 @@ def build_absorber(case: Case) -> AbsorberParts:
     """
     machine = case.machine
     primary = machine.primary
-    if primary is None:
-        raise ValueError("an absorber needs a primary system")
+    assert primary is not None
     scale = primary_scale(machine)
     return AbsorberParts(
         primary_damping=primary_damping(primary, scale),
@@ -430,8 +428,7 @@ def rubbed_mass(given: parts.FrictionDamper, scale: Scale | None) -> RubbedMass:
     mass = given.mass_ratio
     if heavy is not None and scale is not None:
         mass = heavy / scale.inertia
-    if mass is None:
-        raise ValueError("a friction damper needs a mass")
+    assert mass is not None
     force = given.torque if given.torque is not None else given.force
     rub = given.friction_torque if given.friction_torque is not None else given.friction_force
     ratio = given.friction_ratio if rub is None or force is None else rub / force
@@ -460,8 +457,7 @@ def ratios(one: Secondary, scale: Scale | None, ring: float | None = None) -> Ra
         mass = mass if heavy is None else heavy / scale.inertia
         stiffness = stiffness if stiff is None else stiff / scale.stiffness
         damping = damping if drag is None else drag / scale.damping
-    if mass is None:
-        raise ValueError("a secondary needs a mass")
+    assert mass is not None
     if one.absorber_damping_ratio is not None and stiffness is not None:
         from vibecalc.absorber.transfer import damping_from_own_ratio
 

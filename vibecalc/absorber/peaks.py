@@ -1,5 +1,6 @@
 """All peaks of |H| over frequency, from seeds that a count or a polynomial shows to be enough."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -312,25 +313,43 @@ class Peaks(NamedTuple):
     largest_error: np.ndarray
     where: np.ndarray
 
+    @property
+    def top(self) -> Bounded:
+        """The largest with its error."""
+        return Bounded(self.largest, self.largest_error)
 
-def peaks(absorber: Absorber, excitation: str = "force", response: str = "displacement") -> Peaks:
+
+def peaks(
+    absorber: Absorber, excitation: str = "force", response: str | Sequence[str] = "displacement"
+) -> Peaks:
     """Find every peak of one response, for arrays of absorbers at once.
+
+    Of several responses, found at once as well, these are the leading axis.
 
     Newton's method on the function itself, between seeds at the damped poles. Source of the
     response: eqs. 2.9, 2.10 and 3.14.
     Raises NumericalFailure where a resonance is damped, but by less than 2e-14 of critical.
     """
-    transfer = transfer_of(excitation, response)
-    parts = coupling(absorber)
-    shape = parts.mass.shape
-    flat = Coupling(*(np.reshape(a, -1) for a in parts))
-    moved = np.any(numerator(flat, transfer), axis=-1)
+    names = [response] if isinstance(response, str) else response
+    transfers, parts = [transfer_of(excitation, name) for name in names], coupling(absorber)
+    shape = parts.mass.shape if isinstance(response, str) else (len(names), *parts.mass.shape)
+    own = Coupling(*(np.reshape(a, -1) for a in parts))
+    flat = Coupling(*(np.concatenate([a] * len(names)) for a in own))
+    moved = np.concatenate([np.any(numerator(own, one), axis=-1) for one in transfers])
     bare = (flat.primary_damping == 0.0) & (flat.g1 == 0.0)
-    whole = Response(flat, measure(flat, transfer), measure(flat, transfer, plain=True))
+    weights, plain = (
+        Measure(*map(np.concatenate, zip(*each, strict=True)))
+        for each in (
+            [measure(own, one) for one in transfers],
+            [measure(own, one, plain=True) for one in transfers],
+        )
+    )
+    whole = Response(flat, weights, plain)
     with np.errstate(all="ignore"):
         tops = _all_maxima(whole)
         value = whole.excess(tops)
-    rows, u, value, uncertainty, square = _with_resonances(absorber, bare & moved, tops, value)
+    every = Absorber(*(np.broadcast_to(a, shape) for a in absorber))
+    rows, u, value, uncertainty, square = _with_resonances(every, bare & moved, tops, value)
 
     size = np.sqrt(np.maximum(square, 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -348,8 +367,9 @@ def peaks(absorber: Absorber, excitation: str = "force", response: str = "displa
         table[name][spot] = column[stored]
     present[spot] = True
 
-    limit = ends(flat, transfer)
-    low, high = np.abs(limit.at_zero), limit.magnitude_at_infinity
+    limits = [ends(own, one) for one in transfers]
+    low = np.abs(np.concatenate([one.at_zero for one in limits]))
+    high = np.concatenate([one.magnitude_at_infinity for one in limits])
     heights = np.concatenate([low[:, None], table["magnitude"], high[:, None]], axis=1)
     wrong = np.concatenate(
         [4.0 * UNIT_ROUNDOFF * low[:, None], table["error"], _end_error(high)[:, None]], axis=1

@@ -364,8 +364,7 @@ def build_pendulum(case: Case) -> PendulumParts:
     back or no path tunes them; the checks refuse both.
     """
     given = case.machine.pendulum
-    if given is None:
-        raise ValueError("the case has no pendulum")
+    assert given is not None
     pendulum = placed(given)
     swinging = float(terms(pendulum, np.zeros(())).swing)
     inertia = float(tuning_order(pendulum).value) * given.speed
@@ -420,8 +419,7 @@ def _place(given: parts.Pendulum) -> tuple[float, float | None]:
     near = given.path_radius
     if given.vertex_distance is not None:
         return given.vertex_distance, near
-    if given.arm_radius is None:
-        raise ValueError("a pendulum needs vertex_distance or arm_radius")
+    assert given.arm_radius is not None
     if near is None:  # a point on an arm: n^2 = R / r
         near = given.arm_radius / given.order**2
     return given.arm_radius + near, near

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibecalc.absorber.asked_tables import excitation_and_response
 from vibecalc.absorber.report.hardware import HARDWARE
 from vibecalc.absorber.report.tuning import ABSORBER, PENDULUM
 from vibecalc.core.report.canvas import (
@@ -102,7 +103,8 @@ _RING: Look = {"markerfacecolor": "none", "markeredgewidth": 1.6, "linestyle": "
 
 
 def _title(result: Result) -> str:
-    what = str(table_of(result.case, "response", "absorber").get("response") or "displacement")
+    asked = table_of(result.case, "response", "absorber")
+    _, what = excitation_and_response(asked, table_of(result.case, "tuning"))
     return f"{what.replace('_', ' ')} of the primary over the frequency"
 
 

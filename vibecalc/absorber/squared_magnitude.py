@@ -191,7 +191,7 @@ def excess(parts: Coupling, weights: Measure, u: np.ndarray) -> Excess:
     terms = [_times(mixed, form.mixed), _times(cross, form.cross), _times(link, form.link)]
     absorbed = terms[0] + terms[1] + terms[2]
     parts_of_sum = [
-        _times(_horner(weight, u), part)
+        _times(_polynomial(columns(weight), u), part)
         for weight, part in (
             (weights.motion, form.motion), (weights.mixed, form.mixed), (weights.link, form.link),
             (weights.relative, form.relative),
@@ -276,11 +276,6 @@ def _times(weight: Derivatives, form: np.ndarray) -> np.ndarray:
     result[2] += second * form[0] + 2.0 * first * form[1]
     result[1] += first * form[0]
     return result
-
-
-def _horner(polynomial: np.ndarray, u: np.ndarray) -> Derivatives:
-    """Value and two derivatives; trailing zeros of all polynomials are passed over."""
-    return _polynomial(columns(polynomial), u)
 
 
 def columns(polynomial: np.ndarray) -> tuple[np.ndarray, ...]:

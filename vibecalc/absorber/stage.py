@@ -212,13 +212,11 @@ def _tuning(case: "Case") -> Stage:
 
 #: numbers over which tunings are found together, and the results of it
 TUNED_KEYS = frozenset(["machine.secondary.mass_ratio", "machine.primary.damping_ratio"])
-TOGETHER = tuple(
-    f"tuning/{name}"
-    for name in (
-        *("primary_damping", "mass_ratio", "stiffness_ratio", "damping_over_primary_critical"),
-        *("absorber_damping_ratio", "peak"),
-    )
+_TOGETHER = (
+    "primary_damping mass_ratio stiffness_ratio damping_over_primary_critical "
+    "absorber_damping_ratio peak"
 )
+TOGETHER = tuple(f"tuning/{name}" for name in _TOGETHER.split())
 
 
 def _one_by_one(case: "Case") -> str:
@@ -280,36 +278,22 @@ def _points(options: "AbsorberResponse") -> int:
 
 
 #: numbers of primary and secondary over which the peaks of one absorber are found together
+_OF_BOTH = "inertia stiffness damping mass linear_stiffness linear_damping"
+_OF_SECONDARY = "mass_ratio stiffness_ratio damping_over_primary_critical absorber_damping_ratio"
 RATIO_KEYS = frozenset(
-    [
-        *(f"machine.primary.{one}" for one in ("damping_ratio", "natural_frequency")),
-        "machine.secondary.mass_ratio",
-        *(
-            f"machine.secondary.{one}"
-            for one in (
-                "stiffness_ratio",
-                "damping_over_primary_critical",
-                "absorber_damping_ratio",
-            )
-        ),
-        *(
-            f"machine.{system}.{one}"
-            for system in ("primary", "secondary")
-            for one in (
-                *("inertia", "stiffness", "damping", "mass", "linear_stiffness"),
-                "linear_damping",
-            )
-        ),
-    ]
+    f"machine.{system}.{key}"
+    for system, own in (
+        ("primary", "damping_ratio natural_frequency"),
+        ("secondary", _OF_SECONDARY),
+    )
+    for key in f"{own} {_OF_BOTH}".split()
 )
 #: the results of it
 PEAKS = tuple(
     f"response/absorber/{name}"
-    for name in (
-        *("peak/magnitude", "peak/frequency_ratio", "largest", "largest_frequency_ratio"),
-        "largest_travel",
-    )
-)
+    for name in ("peak/magnitude", "peak/frequency_ratio", "largest", "largest_frequency_ratio",
+                 "largest_travel")
+)  # fmt: skip
 #: all others of one absorber
 SHOWN = tuple(path for path in below("response/absorber/") if path not in PEAKS)
 

@@ -1,7 +1,5 @@
 """From a case to arrays: running gear, gas, what turns with the shaft, where the bearings stand."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from vibecalc.bearings.crank_loads import bearing_shares
@@ -13,10 +11,8 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import unit_vector
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, crank_geometry, rod_share
 from vibecalc.parts.firing import cycle_angle
+from vibecalc.schema import Case
 from vibecalc.unit_table import FREE_FALL
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Case
 
 
 def loads_of(scene: Scene) -> Loads:
@@ -41,7 +37,7 @@ def loads_of(scene: Scene) -> Loads:
     )
 
 
-def shaft_of(case: "Case", train: CrankTrain, rotating: RotatingMasses) -> Shaft:
+def shaft_of(case: Case, train: CrankTrain, rotating: RotatingMasses) -> Shaft:
     """What loads the bearings besides the rods; balance shafts have bearings of their own."""
     table = case.bearing_loads
     assert table is not None
@@ -60,7 +56,7 @@ def shaft_of(case: "Case", train: CrankTrain, rotating: RotatingMasses) -> Shaft
     )
 
 
-def free_fall(case: "Case", up: str | None, train: CrankTrain) -> FloatArray:
+def free_fall(case: Case, up: str | None, train: CrankTrain) -> FloatArray:
     """Acceleration (3,) of free fall in m/s^2: that of the body on its mounts, where it has any."""
     size = FREE_FALL
     if case.isolation is not None:
@@ -69,7 +65,7 @@ def free_fall(case: "Case", up: str | None, train: CrankTrain) -> FloatArray:
     return np.asarray((size if (up or "").startswith("-") else -size) * against)
 
 
-def gas_of(case: "Case", train: CrankTrain) -> Gas:
+def gas_of(case: Case, train: CrankTrain) -> Gas:
     """The gas of the cylinders that work.
 
     Raises NumericalFailure where a cycle of such a peak or mean pressure does not exist.

@@ -1,12 +1,10 @@
 """Cases to begin with: starters, printed as they are, and the examples, copied with their files."""
 
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from vibecalc.core.case.raw import nearest
-from vibecalc.errors import UsageError
+from vibecalc.errors import UsageError, leaves
 
 PACKAGE = Path(__file__).parent.parent
 FOLDER = PACKAGE / "starters"
@@ -75,14 +73,6 @@ def files_of_example(name: str) -> dict[str, bytes]:
         raise UsageError("\n".join(filter(None, (known, nearest(name, list(listed))))))
     case = carried("cases") / f"{name}.toml"
     there = {path.relative_to(case.parent).as_posix() for path in case.parent.rglob("*.*")}
-    texts = dict.fromkeys(_texts(tomllib.loads(case.read_text(encoding="utf-8"))))
-    named = [case.name, *(text for text in texts if text in there)]
+    texts = (text for _, text in leaves(tomllib.loads(case.read_text(encoding="utf-8"))))
+    named = dict.fromkeys([case.name, *(text for text in texts if text in there)])
     return {one: (case.parent / one).read_bytes() for one in named}
-
-
-def _texts(value: Any) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict | list):
-        for one in value.values() if isinstance(value, dict) else value:
-            yield from _texts(one)

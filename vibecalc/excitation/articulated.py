@@ -1,7 +1,6 @@
 """Adapter of slave rods: their forces next to those of the other rods, and how these turn."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +14,10 @@ from vibecalc.numerics.bounded import Bounded, Summed, rounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.articulated import build_slaves
 from vibecalc.parts.crank_train import CrankTrain
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Machine
+from vibecalc.schema import Machine
 
 
-def on_crank_pins(train: CrankTrain, machine: "Machine") -> CrankTrain:
+def on_crank_pins(train: CrankTrain, machine: Machine) -> CrankTrain:
     """The train with the pistons of slave rods left out of what moves."""
     own = np.ones(len(train.names))
     own[build_slaves(machine.crank_train).cylinder] = 0.0
@@ -28,7 +25,7 @@ def on_crank_pins(train: CrankTrain, machine: "Machine") -> CrankTrain:
 
 
 def slave_forces(
-    train: CrankTrain, motion: PistonMotion, machine: "Machine", with_torque: bool
+    train: CrankTrain, motion: PistonMotion, machine: Machine, with_torque: bool
 ) -> Bounded:
     """Forces and couples of the pistons on slave rods, for the orders of `motion`."""
     slaves = build_slaves(machine.crank_train)

@@ -1,7 +1,5 @@
 """Adapter: pressure, valves, work and torque of the cylinders of a pump."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
@@ -12,9 +10,7 @@ from vibecalc.excitation.results import OfPump
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.parts.crank_train import crank_geometry
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Machine
+from vibecalc.schema import Machine
 
 #: degrees of the pressure curve
 STEPS = 360
@@ -57,7 +53,7 @@ def run_pump(scene: Scene) -> None:
     scene.emit_all(found, {"order": order, "crank_angle": angle})
 
 
-def _torque(machine: "Machine", works: np.ndarray, order: np.ndarray) -> tuple[Bounded, Bounded]:
+def _torque(machine: Machine, works: np.ndarray, order: np.ndarray) -> tuple[Bounded, Bounded]:
     """By order, each cylinder turned to its own place; the mean by the same panels."""
     one, mean = gas_harmonics(pump_card(machine), crank_geometry(machine.crank_train), order)
     turned = rounded(phasor(order, firing_angle(machine))[:, works], 12)

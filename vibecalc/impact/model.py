@@ -41,8 +41,7 @@ def build_joints(
     is taken as it is. (The source takes its whole reciprocating mass, with the rod's share.)
     """
     joints, case_train = machine.joints, machine.crank_train
-    if joints is None:
-        raise ValueError("the machine has no joints with play")
+    assert joints is not None
     train = build_crank_train(case_train)
     name, whole, rod = moving_masses(machine, working)
     bore = joints.bore

@@ -1,15 +1,13 @@
-"""Isolation efficiency in the report and as a picture."""
+"""Isolation efficiency in the report."""
 
 import numpy as np
 
-from vibecalc.core.report.curves import Curve, Curves, Panel, decades, level
 from vibecalc.core.report.rows import (
     OTHERS,
     Cells,
     Made,
     Rows,
     by_name,
-    chosen,
     in_decibels,
     loud,
     others,
@@ -18,14 +16,13 @@ from vibecalc.core.report.rows import (
     rows_of,
 )
 from vibecalc.core.report.sections import Section, having, section, stacked
-from vibecalc.core.report.sources import of_freedoms
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
+from vibecalc.isolation.results import ByDirection, OfCouples, OfForces
 
 #: orders below this share of the largest stay in the result file, as those beyond so many
-_LOUD = loud(1e-3, 12, 2)
-_ROOTS = {"force": OfForces.ROOT, "couple": OfCouples.ROOT}
+LOUD = loud(1e-3, 12, 2)
+ROOTS = {"force": OfForces.ROOT, "couple": OfCouples.ROOT}
 
 
 def isolation_efficiency(result: Result) -> Section | None:
@@ -41,7 +38,7 @@ def isolation_efficiency(result: Result) -> Section | None:
         "amplification."
     )
     details = {f"isolation efficiency by order, {word}": rows_of(record, _by_order(root))
-               for word, root in _ROOTS.items()}  # fmt: skip
+               for word, root in ROOTS.items()}  # fmt: skip
     return section("Isolation efficiency", [(lines, shown)], details)
 
 
@@ -56,7 +53,7 @@ def _level(share: float, _error: float) -> str:
 
 
 _OVERALL = {f"{word}, {said}": (word, name)
-            for word in _ROOTS for name, said in (("rms", "r.m.s."), ("peak", "peak"))}  # fmt: skip
+            for word in ROOTS for name, said in (("rms", "r.m.s."), ("peak", "peak"))}  # fmt: skip
 _COLUMNS = (
     Cells("{}/held_{}", "rigidly\nmounted"),
     Cells("{}/ground_{}", "on mounts"),
@@ -66,7 +63,7 @@ _COLUMNS = (
 _BY_DIRECTION = (Cells("by_direction", "efficiency", _percent),)
 
 
-def _resultant(path: str) -> Made:
+def resultant(path: str) -> Made:
     """Efficiency by order for all components together; none where no order has one."""
 
     def made(record: Record) -> Quantity | None:
@@ -83,36 +80,7 @@ def _by_order(root: str) -> Rows:
         Cells(reduced(f"{root}/held"), "rigidly mounted {unit}"),
         Cells(reduced(f"{root}/ground"), "on mounts {unit}"),
         Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %")),
-        Cells(_resultant(root), "dB", _level),
+        Cells(resultant(root), "dB", _level),
     )
-    return Rows("order", "order", columns, root, label="{:g}", places=_LOUD,
+    return Rows("order", "order", columns, root, label="{:g}", places=LOUD,
                 rest=others(OTHERS))  # fmt: skip
-
-
-# ----------------------------------------------------------------------------
-# Load transmitted by order, next to that of the rigidly mounted machine; over the frequency.
-# ----------------------------------------------------------------------------
-
-
-def _panel(path: str, word: str) -> Panel:
-    sizes = reduced(f"{path}/held"), reduced(f"{path}/ground")
-    dots = Curve(chosen(_resultant(path), _LOUD, *sizes), bars=True, part=lambda share: 1.0 - share)
-    words = f"{word} on the ground / {word} rigidly mounted"
-    return Panel("transmitted", (dots, level(lambda _: 1.0)), words, unit="%", log="y",
-                 ends=decades(4))  # fmt: skip
-
-
-def _ratio(turning: bool) -> Panel:
-    of = of_freedoms(f"{ByDirection.ROOT}/transmissibility", turning)
-    words = f"load on the ground / load on the body, {'about' if turning else 'along'} axes"
-    return Panel("transmissibility", (Curve(of, "{}"), level(lambda _: 1.0)), words, log="xy")
-
-
-_BY_ORDER = (_panel(root, word) for word, root in _ROOTS.items())
-EFFICIENCY = Curves(
-    "isolation: load transmitted to the ground",
-    (*_BY_ORDER, _ratio(False), _ratio(True)),
-    columns=2,
-    names=6,
-    level="row",
-)

@@ -8,7 +8,7 @@ from vibecalc.core.report.rows import Cells, Rows, first, others, rows_of
 from vibecalc.core.report.sections import Section, labels, section
 from vibecalc.core.results.record import Result, Verdict
 from vibecalc.core.results.verdicts import judge
-from vibecalc.isolation.mount_results import (
+from vibecalc.isolation.results import (
     AT_REST,
     BY_ORDER,
     MOVING,

@@ -23,17 +23,20 @@ from vibecalc.core.report.curves import (
     Mark,
     Panel,
     Plot,
+    decades,
     level,
     limits,
     spans,
     usual_ends,
 )
 from vibecalc.core.report.marks import peak, resonances
+from vibecalc.core.report.rows import chosen, reduced
 from vibecalc.core.report.sections import having, labels, scalar_of, speed_of, table_of
-from vibecalc.core.report.sources import Look, over_turn, sourced
+from vibecalc.core.report.sources import Look, of_freedoms, over_turn, sourced
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING
+from vibecalc.isolation.efficiency_report import LOUD, ROOTS, resultant
+from vibecalc.isolation.results import AT_REST, BY_ORDER, MOVING, ByDirection
 from vibecalc.response.report import main_coordinates
 
 if TYPE_CHECKING:
@@ -338,3 +341,31 @@ MOUNTS = Curves(
         Panel("loss factor", (Curve(BY_ORDER[1], look=_DOTS),), f"loss factor {_BY_ORDER}"),
     ),
 )  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
+# Load transmitted by order, next to that of the rigidly mounted machine; over the frequency.
+# ----------------------------------------------------------------------------
+
+
+def _panel(path: str, word: str) -> Panel:
+    sizes = reduced(f"{path}/held"), reduced(f"{path}/ground")
+    dots = Curve(chosen(resultant(path), LOUD, *sizes), bars=True, part=lambda share: 1.0 - share)
+    words = f"{word} on the ground / {word} rigidly mounted"
+    return Panel("transmitted", (dots, level(lambda _: 1.0)), words, unit="%", log="y",
+                 ends=decades(4))  # fmt: skip
+
+
+def _ratio(turning: bool) -> Panel:
+    of = of_freedoms(f"{ByDirection.ROOT}/transmissibility", turning)
+    words = f"load on the ground / load on the body, {'about' if turning else 'along'} axes"
+    return Panel("transmissibility", (Curve(of, "{}"), level(lambda _: 1.0)), words, log="xy")
+
+
+EFFICIENCY = Curves(
+    "isolation: load transmitted to the ground",
+    (*(_panel(root, word) for word, root in ROOTS.items()), _ratio(False), _ratio(True)),
+    columns=2,
+    names=6,
+    level="row",
+)

@@ -3,10 +3,19 @@
 from typing import Any, ClassVar
 
 from vibecalc.core.results.described import Group, entries_of, lead, named, paths_of, q
-from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE
-from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
-from vibecalc.isolation.mount_results import LEAST, OfMounts
+from vibecalc.core.results.record import (
+    CANCELS,
+    DIFFERENCE,
+    ORDERS,
+    PEAK,
+    RESONANCE,
+    RMS,
+    SPECTRUM,
+)
 from vibecalc.response.results import LeftOut, Modes, Motion
+
+#: of what is left of a difference, the least stands in the first table
+LEAST = {"pick": "least", "exempt": DIFFERENCE}
 
 # ----------------------------------------------------------------------------
 # The model: one angle, or the modes of the body; and how the body moves.
@@ -99,6 +108,44 @@ class SupportDisplacement(Group):
 
 
 # ----------------------------------------------------------------------------
+# Mounts that depend on what they carry, on the frequency, or that have stops.
+# ----------------------------------------------------------------------------
+
+
+class OfMounts(Group):
+    """Along the axis of each: at rest, over the frequency, and how near it comes to its stops.
+
+    A clearance is negative where the mount stands on a stop or meets it, and infinite without one;
+    in the run-up it is that under weight and mean torque less the largest motion.
+    """
+
+    ROOT: ClassVar[str] = "isolation/mounts"
+    load: Any = q("mount", "N", "compression load of a mount at rest along its axis")
+    deflection: Any = q("mount", "m", "compression of a mount at rest along its axis")
+    static_stiffness: Any = q("mount", "N/m", "static tangent stiffness at rest")
+    stiffness: Any = q("mount", "N/m", "dynamic stiffness along its axis at rest, nominal")
+    load_curve: Any = q("mount deflection", "N", "static load of a mount against compression")
+    clearance_at_rest: Any = q("mount", "m", "distance to the nearer stop", exempt=DIFFERENCE)
+    travel: Any = q("mount", "m", "largest motion of a mount along its axis", PEAK)
+    clearance: Any = lead("mount", "m", "clearance to a stop at speed", **LEAST)
+    run_up_travel: Any = q("mount", "m", "largest motion along its axis in the run-up", PEAK)
+    run_up_travel_speed: Any = q("mount", "rad/s", "crank speed at that motion")
+    run_up_clearance: Any = lead("mount", "m", "clearance to a stop in the run-up", **LEAST)
+    order_stiffness: Any = q("mount order", "N/m", "stiffness along its axis at an order")
+    order_loss_factor: Any = q("mount order", "", "loss factor at the frequency of an order")
+
+
+#: of mounts with static or over_load
+AT_REST = paths_of(OfMounts, "load", "deflection", "static_stiffness", "stiffness", "load_curve")
+#: of mounts with stops
+OF_STOPS = paths_of(OfMounts, "clearance_at_rest")
+MOVING = paths_of(OfMounts, "travel", "clearance")
+OF_RUN_UP = paths_of(OfMounts, "run_up_travel", "run_up_travel_speed", "run_up_clearance")
+#: of mounts with over_frequency
+BY_ORDER = paths_of(OfMounts, "order_stiffness", "order_loss_factor")
+
+
+# ----------------------------------------------------------------------------
 # The run-up: speeds left out of it, and every local maximum.
 # ----------------------------------------------------------------------------
 
@@ -138,6 +185,53 @@ class TorqueReaction(Group):
     roll_peak: Any = lead("", "rad", "body roll, all loads, peak", PEAK, read="mrad")
     nearest_order: Any = q("mode", "", "nearest order that excites the mode; 0: none")
     margin: Any = q("mode", "", "frequency of that order / natural frequency - 1")
+
+
+# ----------------------------------------------------------------------------
+# Isolation efficiency: what acts on the body, what reaches the ground, their ratio.
+# ----------------------------------------------------------------------------
+
+_ORDERS = "order coordinate"
+_HELD = "{what}{about} on the ground, rigidly mounted"
+_GROUND = "{what}{about} on the ground, on mounts"
+
+
+class OfVector(Group):
+    """Of the length of a vector."""
+
+    held: Any = q(_ORDERS, "{unit}", _HELD, PEAK)
+    held_rms: Any = q("", "{unit}", f"{_HELD}, over the cycle", RMS)
+    held_peak: Any = q("", "{unit}", f"{_HELD}, largest over the cycle", PEAK)
+    ground: Any = q(_ORDERS, "{unit}", _GROUND, PEAK)
+    ground_rms: Any = q("", "{unit}", f"{_GROUND}, over the cycle", RMS)
+    ground_peak: Any = q("", "{unit}", f"{_GROUND}, largest over the cycle", PEAK)
+    by_order: Any = q("order component", "", "1 - {what} on the ground / rigidly mounted")
+    rms: Any = lead("", "", "isolation efficiency, {what}, r.m.s.", share=True)
+    rms_level: Any = q("", "dB", "rigidly mounted / on mounts, r.m.s.", exempt=SPECTRUM)
+    peak: Any = q("", "", "isolation efficiency, {what}, peak of all orders")
+    peak_level: Any = q("", "dB", "rigidly mounted / on mounts, peak", exempt=SPECTRUM)
+
+
+class OfForces(OfVector):
+    """Of the resultant force."""
+
+    ROOT = "isolation/efficiency/force"
+    WORDS: ClassVar = {"what": "force", "unit": "N", "about": ""}
+
+
+class OfCouples(OfVector):
+    """Of the resultant couple about the mass centre."""
+
+    ROOT = "isolation/efficiency/couple"
+    WORDS: ClassVar = {"what": "couple", "unit": "N*m", "about": " about the mass centre"}
+
+
+class ByDirection(Group):
+    """Of each direction alone."""
+
+    ROOT: ClassVar[str] = "isolation/efficiency"
+    by_direction: Any = q("coordinate", "", "efficiency of the r.m.s. in each direction")
+    transmissibility: Any = q("coordinate frequency", "", "load on the ground / load on the body")
 
 
 #: of those that are of the torque of the cylinders, where it reaches the mounts

@@ -5,15 +5,13 @@ from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Entries, Leading, Stage, Subject, Unit, Work, below
-from vibecalc.isolation.mount_results import (
+from vibecalc.isolation.results import (
     AT_REST,
     BY_ORDER,
     MOVING,
+    NEAREST,
     OF_RUN_UP,
     OF_STOPS,
-)
-from vibecalc.isolation.results import (
-    NEAREST,
     OF_TORQUE,
     STEADY,
     STEADY_AT_SUPPORTS,
@@ -222,7 +220,7 @@ SUBJECT = Subject(
         "mode_shapes": "vibecalc.isolation.pictures:draw_mode_shapes",
         "mounts": "vibecalc.isolation.pictures:MOUNTS",
         "engine_mounts": "vibecalc.isolation.pictures:ENGINE_MOUNTS",
-        "efficiency": "vibecalc.isolation.efficiency_report:EFFICIENCY",
+        "efficiency": "vibecalc.isolation.pictures:EFFICIENCY",
     },
     assumes=(
         "The machine is a rigid body with small motions about its rest position; mounts "

@@ -45,9 +45,9 @@ def run_measurement(scene: Scene) -> None:
     frequency = table.base_frequency or scene.case.machine.speed
     if frequency is not None:
         scene.emit_all(results.Whole(frequency=orders["order"] * frequency), orders)
-    _emit_motion(scene, solutions, reference, orders)
+    _emit_motion(scene, table, solutions, orders)
     if table.positions:
-        _emit_positions(scene, solutions, orders)
+        _emit_positions(scene, table, solutions, orders)
     fit = results.Fit(
         motions=[len(one.candidates) for one in solutions],
         decided=[int(one.decided) for one in solutions],
@@ -65,11 +65,9 @@ def run_measurement(scene: Scene) -> None:
 
 
 def _emit_motion(
-    scene: Scene, solutions: list[HarmonicMotion], reference: FloatArray, axes: Axes
+    scene: Scene, table: Measurement, solutions: list[HarmonicMotion], axes: Axes
 ) -> None:
-    table = scene.case.measurement
-    assert table is not None
-    zero = references(table)
+    zero, reference = references(table), reference_row(table)
     whole: dict[str, Bounded] = {}
     phases: dict[str, Bounded] = {}
     unsure: dict[str, Bounded] = {}
@@ -93,9 +91,9 @@ def _emit_motion(
     scene.emit_all(results.Uncertainty(**unsure), axes)
 
 
-def _emit_positions(scene: Scene, solutions: list[HarmonicMotion], orders: Axes) -> None:
-    table = scene.case.measurement
-    assert table is not None
+def _emit_positions(
+    scene: Scene, table: Measurement, solutions: list[HarmonicMotion], orders: Axes
+) -> None:
     zero, rows = references(table).linear, position_rows(table)
     axes = {"position": _names(table), **orders}
     signals = {

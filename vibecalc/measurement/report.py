@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Found, How, Made, Rows, first, part_of, rows_of
+from vibecalc.core.report.rows import Cells, Found, Made, Rows, first, part_of, rows_of
 from vibecalc.core.report.sections import Section, having, labels, section, table_of
 from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -17,13 +17,8 @@ _MOST = 48
 _Told = tuple[str, str, Callable[[Any, Quantity], str]]
 
 
-def _fixed(form: str, factor: float = 1.0) -> How:
-    """What writes numbers with a fixed count of decimals."""
-    return lambda value, _: form.format(factor * value)
-
-
 def _of(name: str, head: str, factor: float = 1.0, form: str = "{:.2f}") -> Cells:
-    return Cells(name, head, _fixed(form, factor), right=True)
+    return Cells(name, head, lambda value, _: form.format(factor * value), right=True)
 
 
 _DEGREES = math.degrees(1.0)

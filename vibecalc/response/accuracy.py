@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from vibecalc.response.adapters.switching import modes_and_loads
 from vibecalc.response.energies import energy_signal, mass_of
 from vibecalc.response.operations import Parts, search_phases, superpose
 from vibecalc.response.stage import names_of
-from vibecalc.response.switching.motion import PANEL_PHASE, Panels, course_of, march, panels_of
+from vibecalc.response.switching.motion import PANEL_PHASE, course_of, march, panels_of
 from vibecalc.response.switching.system import (
     SpeedSegment,
     free_motion,
@@ -177,13 +178,14 @@ def switching_topics(scene: Scene) -> list[Topic]:
         return topics
     span, acceleration = 0.1 * float(options.run_down), -speed / float(options.run_down)
     moments = span / 20.0 * np.arange(21)
-    ramp = [SpeedSegment(span, speed, speed + acceleration * span, 0)]
+    paces = speed + acceleration * moments
+    ramp = [SpeedSegment(span / 20.0, *pair, 0) for pair in pairwise(paces.tolist())]
     course = course_of(system, modal, ramp, angle, 0)
 
     def quadrature(phase: float) -> Answer:
-        node = np.union1d(panels_of(course, span, phase).node, moments)
-        panels = Panels(node, np.zeros(len(node) - 1, dtype=int))
-        moved = march(replace(course, amplitude=load), panels)[np.searchsorted(node, moments[1:])]
+        panels = panels_of(course, span, phase)
+        ends = np.cumsum(np.bincount(panels.run))
+        moved = march(replace(course, amplitude=load), panels)[ends]
         return Answer(translations(moved[..., 0]), 13.0 * len(panels.run))
 
     ask = Ask("run-down", f"translations in its first {span:.3g} s", path.format("reversal"), 3.5,

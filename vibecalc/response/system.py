@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,18 +20,16 @@ from vibecalc.numerics.linear import (
     response,
 )
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
+from vibecalc.parts.mounts import Mounts
 from vibecalc.response.modal_damping import DampedPoles, any_drives, with_damped_poles
 from vibecalc.response.modes import Modes, modes
 from vibecalc.response.resonances import Resonances, check_operating_point, left_out
 from vibecalc.response.spectral import SpectralSystem, own_modes, spectral_system
 
-if TYPE_CHECKING:
-    from vibecalc.parts.mounts import Mounts
-
 
 def modes_on_mounts(
     matrices: Linear,
-    mounts: "Mounts | None",
+    mounts: Mounts | None,
     stretch: np.ndarray,
     constant: Linear | None = None,
 ) -> tuple[Modes, SpectralSystem | None]:

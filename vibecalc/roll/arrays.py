@@ -31,8 +31,7 @@ _LEVELS = 4
 def run_roll_at_points(scene: PointsScene) -> None:
     """Emit the running states of all points; those that one batch does not settle are alone."""
     case = scene.case
-    if case.response is None or case.response.roll is None:
-        raise ValueError("the case has no [response.roll]")
+    assert case.response is not None and case.response.roll is not None
     parts = build_roll(case)
     options, drive = case.response.roll, roll_drive(parts)
     machine, started = _machines(parts.machine, scene.count), options.started_at
@@ -60,7 +59,7 @@ def run_roll_at_points(scene: PointsScene) -> None:
     uncertain = ~settled | ~state.solved | ~within_table(state, drive)
     uncertain |= ~surely_fastest(machine, drive, state.turn)
     value, error = multipliers(state)
-    uncertain |= ~is_stable(state)
+    uncertain |= ~is_stable(value, error)
     largest = Bounded(np.abs(value).max(axis=-1), error.max(axis=-1))
     scene.emit(f"{ROLL}/largest_multiplier", largest)
     names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]

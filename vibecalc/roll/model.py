@@ -127,8 +127,7 @@ def build_roll(case: Case) -> RollParts:
     """
     machine, options = case.machine, case.excitation
     rotor, shell, motor, written = machine.rotor, machine.shell, machine.motor, machine.crank_train
-    if rotor is None or shell is None or motor is None:
-        raise ValueError("the roll of a machine needs a rotor, a shell and a motor")
+    assert rotor is not None and shell is not None and motor is not None
     train = build_crank_train(written)
     if options is not None:
         train = moving(train, options.working, options.idle)

@@ -125,8 +125,7 @@ def with_steady_flux(drive: RollDrive, state: FloatArray) -> FloatArray:
 
 def motor_of(drive: RollDrive) -> CircuitMotor:
     """The motor whose fluxes are states; ValueError if there is none."""
-    if drive.circuit is None:
-        raise ValueError("the motor of this drive has no fluxes")
+    assert drive.circuit is not None
     return drive.circuit
 
 

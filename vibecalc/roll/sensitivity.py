@@ -10,7 +10,7 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.roll.mechanism import PER_CYLINDER, RollDrive, RollMachine, member
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import SteadyTurn, is_stable, steady_state, within_table
+from vibecalc.roll.steady import SteadyTurn, is_stable, multipliers, steady_state, within_table
 from vibecalc.roll.turn import level, shell_harmonics
 
 # ----------------------------------------------------------------------------
@@ -167,7 +167,7 @@ def changes(
     finer = steady_state(usable, drive, points + 2, started_at=started_at, start=first)
     level, other = (_levels(usable, drive, state, orders) for state in (first, finer))
     sure = first.solved & finer.solved & surely_fastest(usable, drive, first.turn)
-    sure &= is_stable(first) & within_table(first, drive)
+    sure &= is_stable(*multipliers(first)) & within_table(first, drive)
     reasons: dict[int, str] = {}
     for place in np.flatnonzero(~sure | ~fits):
         if not fits[place]:

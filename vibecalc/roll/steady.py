@@ -188,9 +188,8 @@ def multipliers(state: SteadyTurn) -> tuple[ComplexArray, FloatArray]:
     return value, error
 
 
-def is_stable(state: SteadyTurn) -> BoolArray:
-    """Which of the machines (B,) have no multiplier that is surely outside the unit circle."""
-    value, error = multipliers(state)
+def is_stable(value: ComplexArray, error: FloatArray) -> BoolArray:
+    """Of which machines none of the `multipliers` (B, n) is surely outside the unit circle."""
     return np.asarray(np.all(np.abs(value) <= 1.0 + error, axis=-1))
 
 

@@ -27,13 +27,13 @@ from vibecalc.numerics.synthesis import cycle_of, synthesis
 from vibecalc.torsion.adapters.damper_design import build_problem
 from vibecalc.torsion.adapters.motion import readings_of
 from vibecalc.torsion.adapters.search import Search
-from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
+from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds, placed
 from vibecalc.torsion.adapters.transient_motion import journey, running
 from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, system_of
-from vibecalc.torsion.damper_design.descend import chart_of, valleys
 from vibecalc.torsion.damper_design.design import design_from
 from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, torque_at
+from vibecalc.torsion.damper_design.settle import chart_of, valleys
 from vibecalc.torsion.forced import forced_masked
 from vibecalc.torsion.line import (
     Line,
@@ -52,7 +52,7 @@ from vibecalc.torsion.transient.march import (
     transient_system,
 )
 from vibecalc.torsion.transient.motion import course_of, repeats, speed_after, turned_after
-from vibecalc.torsion.variable_inertia.steady import steady_response
+from vibecalc.torsion.variable_inertia.motion import steady_response
 
 #: longer lines take more than their share of time in long arithmetic, or their first orders only
 MOST_FREEDOMS, LONG, ORDERS_OF_LONG = 24, 10, 12
@@ -79,12 +79,6 @@ def _exact(line: Line) -> tuple[np.ndarray, ...]:
         name: np.array([mpmath.mpf(one) for one in part.tolist()], object)
         for name, part in line._asdict().items() if part.dtype.kind == "f"
     }))  # fmt: skip
-
-
-def _on_freedoms(setup: Setup, torque: ComplexArray) -> ComplexArray:
-    """Torques (..., k) at the driven stations as those (..., n) on all freedoms of the line."""
-    places = np.arange(len(setup.model.line.inertia))
-    return np.asarray(torque @ (setup.drive.freedom[:, None] == places))
 
 
 def _sections(line: Line, w: FloatArray, angle: np.ndarray) -> ComplexArray:
@@ -117,7 +111,7 @@ def torsion_topics(scene: Scene) -> list[Topic]:
         mass, stiffness, *_ = _matrices(line)
         found.append(modes(ask, [solver], mass, stiffness, exact=partial(_exact, line)))
     w = speed * drive.order
-    load = _on_freedoms(setup, drive.torque(np.array([speed])).value[0])
+    load = drive.torque(np.array([speed])).value[0] @ placed(drive.freedom, n)
     if not _by_modes(setup):
         found.append(_by_order(setup, line, w, load))
     found += gas

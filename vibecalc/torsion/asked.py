@@ -85,8 +85,7 @@ def coupling_limits(case: Case) -> tuple[str, ...]:
     found = named_couplings(case)
     if not found:
         return ()
-    from vibecalc.torsion.coupling_model import permissible
-    from vibecalc.torsion.couplings import LIMITS, has_limit
+    from vibecalc.torsion.couplings import LIMITS, has_limit, permissible
 
     said = zip(*(has_limit(permissible(one)) for one in found.values()), strict=True)
     return tuple(name for name, of in zip(LIMITS, said, strict=True) if any(of))

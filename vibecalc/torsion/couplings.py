@@ -1,7 +1,8 @@
 """Elastic couplings of a shaft line: what their makers permit, and the line with them."""
 
+import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.modes import Modes, natural_modes
+
+if TYPE_CHECKING:
+    from vibecalc.torsion import line_part_tables as tables
 
 # ----------------------------------------------------------------------------
 # A coupling by the values of its maker, each dependence as factors on its nominal values.
@@ -104,6 +108,10 @@ class Coupling(NamedTuple):
             return np.ones_like(np.asarray(temperature, dtype=float))
         return np.interp(temperature, self.service[:, 0], self.service[:, 1])
 
+    def frequency_factor(self, frequency: FloatArray) -> FloatArray:
+        """S_f (...) of its vibratory torque at frequencies (...)."""
+        return np.sqrt(np.maximum(np.asarray(frequency) / self.permissible.frequency, 1.0))
+
 
 # ----------------------------------------------------------------------------
 # What a coupling bears, and how much of what its maker permits that is.
@@ -115,11 +123,6 @@ class Coupling(NamedTuple):
 
 #: entries of the axis `coupling_limit`
 LIMITS = ("T_KN", "T_Kmax", "T_KW", "T_KW by orders", "P_KV", "n_max", "temperature")
-
-
-def frequency_factor(frequency: FloatArray, reference: float) -> FloatArray:
-    """S_f (...) at frequencies (...), of a vibratory torque that is permissible at `reference`."""
-    return np.sqrt(np.maximum(np.asarray(frequency) / reference, 1.0))
 
 
 def permitted_of(may: Permissible) -> tuple[float, ...]:
@@ -237,3 +240,96 @@ class CouplingStates(NamedTuple):
             stiffness[..., one.element] = one.ratio**2 * own
             loss[..., one.element] = eta
         return line._replace(stiffness=stiffness, loss_factor=loss)
+
+
+# ----------------------------------------------------------------------------
+# Nominal values of a coupling, and its rows as factors on them.
+#
+# What the case says by itself is nominal; of a value that stands in rows only, that of the first
+# row is. Rows over a temperature that is given are read there, once and for all.
+# ----------------------------------------------------------------------------
+
+_AXES = {
+    "over_mean_torque": "torque",
+    "over_temperature": "temperature",
+    "over_frequency": "frequency",
+    "over_amplitude": "torque",
+}
+
+
+class Nominal(NamedTuple):
+    """Stiffness in N m/rad and psi of a coupling, and its rows as factors on them by their key."""
+
+    stiffness: float
+    relative_damping: float
+    rows: dict[str, Rows]
+
+
+def nominal(given: "tables.Coupling") -> Nominal:
+    """Of a coupling whose values stand once each, as the rules of its table hold."""
+    value = {"stiffness": given.stiffness, "relative_damping": given.relative_damping}
+    rows: dict[str, Rows] = {}
+    for key, axis in _AXES.items():
+        table = getattr(given, key)
+        if table is None:
+            continue
+        at = np.array(getattr(table, axis), dtype=float)
+        factors: list[FloatArray] = []
+        for name in value:
+            column, factor = getattr(table, name), getattr(table, f"{name}_factor")
+            if column is not None:
+                value[name] = column[0]
+                factor = np.array(column) / column[0]
+            factors.append(np.ones(len(at)) if factor is None else np.array(factor))
+        rows[key] = Rows(at, *factors)
+    stiffness, psi = value["stiffness"], value["relative_damping"]
+    assert stiffness is not None and psi is not None  # each stands once, say the rules
+    if given.temperature is not None and "over_temperature" in rows:
+        warm = rows.pop("over_temperature").factors(np.asarray(given.temperature))
+        stiffness, psi = stiffness * float(warm[0]), psi * float(warm[1])
+    return Nominal(stiffness, psi, rows)
+
+
+def permissible(given: "tables.Coupling") -> Permissible:
+    """What the maker of a coupling permits, its power loss at the temperature of the air."""
+    power, rows = given.power_loss, given.power_loss_over_temperature
+    if rows is not None:
+        assert given.ambient_temperature is not None  # its rows want one, says the form
+        power = float(np.interp(given.ambient_temperature, rows.temperature, rows.power_loss))
+    return Permissible(
+        given.nominal_torque or math.inf,
+        given.maximum_torque or math.inf,
+        given.vibratory_torque or math.inf,
+        given.vibratory_frequency,
+        power or math.inf,
+        given.maximum_speed or math.inf,
+        given.maximum_temperature or math.inf,
+    )
+
+
+def coupling_of(given: "tables.Coupling", name: str, element: int, ratio: float) -> Coupling:
+    """The coupling of the shaft number `element`, at so many times the crank speed."""
+    own, may = nominal(given), permissible(given)
+    resistance = given.thermal_resistance or 0.0
+    if given.temperature_rise is not None:
+        resistance = given.temperature_rise / may.power
+    warm, service = given.over_temperature, np.zeros((0, 2))
+    if warm is not None and warm.service_factor is not None:
+        service = np.array([warm.temperature, warm.service_factor]).T
+    known = given.ambient_temperature if resistance else given.temperature
+    return Coupling(
+        name=name,
+        type=given.type or "",
+        element=element,
+        ratio=ratio,
+        stiffness=own.stiffness,
+        loss_factor=own.relative_damping / (2.0 * math.pi),
+        mean_torque=own.rows.get("over_mean_torque"),
+        over_temperature=own.rows.get("over_temperature"),
+        frequency=own.rows.get("over_frequency"),
+        amplitude=own.rows.get("over_amplitude"),
+        temperature=known or 0.0,
+        resistance=resistance,
+        service=service,
+        permissible=may,
+    )

@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias, cast
 import numpy as np
 
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
-from vibecalc.torsion.line import Line
+from vibecalc.torsion.line import Line, walk
 
 # ----------------------------------------------------------------------------
 # A shaft line as a tree, and everything about it that no frequency changes.
@@ -50,32 +50,21 @@ def tree_of(line: Line, root: int) -> Tree | None:
 @lru_cache(maxsize=64)
 def _tree(n: int, ends: tuple[tuple[int, int, bool], ...], root: int) -> Tree | None:
     """The same of n stations and elements between them, that join them or not."""
-    parallel: dict[tuple[int, int], list[int]] = {}
+    near: dict[int, dict[int, list[int]]] = {station: {} for station in range(n)}
     for e, (a, b, joins) in enumerate(ends):
         if a != b and joins:
-            parallel.setdefault((min(a, b), max(a, b)), []).append(e)
-    near: list[list[tuple[int, tuple[int, ...]]]] = [[] for _ in range(n)]
-    for (a, b), group in parallel.items():
-        near[a].append((b, tuple(group)))
-        near[b].append((a, tuple(group)))
-    parent, order = [-2] * n, list[int]()
-    elements: list[tuple[int, ...]] = [()] * n
+            near[a].setdefault(b, []).append(e)
+            near[b].setdefault(a, []).append(e)
+    parent: dict[int, int] = {}
     for start in (root, *range(n)):
-        if parent[start] != -2:
-            continue
-        parent[start] = -1
-        reached = [start]
-        for a in reached:
-            for b, group in near[a]:
-                if parent[b] == -2:
-                    parent[b], elements[b] = a, group
-                    reached.append(b)
-        order += reached
-    branches = sum(one >= 0 for one in parent)
-    if branches != len(parallel):
+        if start not in parent:
+            parent |= walk(near, start)
+    hung = Counter(one for one in parent.values() if one >= 0)
+    if 2 * hung.total() != sum(map(len, near.values())):
         return None
-    most = max(Counter(one for one in parent if one >= 0).values(), default=0)
-    return Tree(tuple(reversed(order)), tuple(parent), tuple(elements), most)
+    above = tuple(parent[station] for station in range(n))
+    elements = tuple(tuple(near[one].get(other, ())) for one, other in enumerate(above))
+    return Tree(tuple(reversed(parent)), above, elements, max(hung.values(), default=0))
 
 
 class Plan(NamedTuple):

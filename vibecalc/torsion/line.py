@@ -1,6 +1,6 @@
 """A shaft line as degrees of freedom with elastic elements between them: matrices and network."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -269,7 +269,7 @@ def connected_parts(line: Line) -> list[LinePart]:
     return parts
 
 
-def walk(spring: Mapping[int, Mapping[int, float]], root: int) -> dict[int, int]:
+def walk(spring: Mapping[int, Iterable[int]], root: int) -> dict[int, int]:
     """Stations, each after the one it hangs on, with that one (-1 for the root)."""
     parent = {root: -1}
     queue = [root]

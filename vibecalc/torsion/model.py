@@ -138,7 +138,7 @@ def stiffness_of(shaft: Shaft, crank_radius: float) -> float:
     if shaft.stiffness is not None:
         return shaft.stiffness
     if shaft.coupling is not None:
-        from vibecalc.torsion.coupling_model import nominal
+        from vibecalc.torsion.couplings import nominal
 
         return nominal(shaft.coupling).stiffness
     part, throw = shaft.section, shaft.throw
@@ -472,7 +472,7 @@ def _couplings(parts: ShaftLine, layout: Layout, ratio: Array) -> tuple["Couplin
     given = [(n, one.coupling) for n, one in enumerate(parts.shafts) if one.coupling is not None]
     if not given:
         return ()
-    from vibecalc.torsion.coupling_model import coupling_of
+    from vibecalc.torsion.couplings import coupling_of
 
     return tuple(coupling_of(one, layout.sections[n], n, float(ratio[n])) for n, one in given)
 

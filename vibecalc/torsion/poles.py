@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -180,8 +180,8 @@ def mode_number(line: Line, pole: complex, count: int) -> int:
 TOGETHER, ROUNDS = 1e-5, 60
 #: entries of what is summed up at once: more leave the cache
 CACHED = 1 << 15
-#: relative move of a pole that is not settled after all rounds
-UNSETTLED = 1e-9
+#: relative move of a pole that stands, and of one that is not settled after all rounds
+SETTLED, UNSETTLED = 4.0 * EPSILON, 1e-9
 #: share of a guess below which a pole is at rest, and of a pole below which it is real
 STILL, REAL = 1e-3, 1e-9
 
@@ -210,15 +210,19 @@ def refined(
     """
     at = line_at or (lambda w: line)
     pole, x, best = guess.copy(), shape / np.linalg.norm(shape, axis=0), np.inf
-    cluster, moved = np.zeros(len(pole), dtype=np.int64), np.zeros(len(pole))
+    cluster, moved = np.zeros(len(pole), dtype=np.int64), np.full(len(pole), np.inf)
     for _ in range(ROUNDS):
         if not len(pole):
             break
         cluster = _clusters(pole, TOGETHER * np.abs(pole))
         middle = _mean(pole, cluster)
-        x = inverse_iteration(at(np.abs(middle)), middle, x)
-        pole, x = _next(at(np.abs(pole)), middle, pole, x, cluster)
-        moved = np.abs(_mean(pole, cluster) - middle)
+        # a few take many rounds: the others, and all of their clusters, stand as they are
+        goes = np.bincount(cluster, moved > SETTLED * np.abs(pole))[cluster] > 0
+        own: Any = slice(None) if np.all(goes) else np.flatnonzero(goes)
+        mean, of = middle[own], np.unique(cluster[own], return_inverse=True)[1]
+        turned = inverse_iteration(at(np.abs(mean)), mean, x[:, own])
+        pole[own], x[:, own] = _next(at(np.abs(pole[own])), mean, pole[own], turned, of)
+        moved[own] = np.abs(_mean(pole[own], of) - mean)
         # what is real, or slides to rest, was made to vibrate in the guess by loss factors alone
         left = np.flatnonzero(
             (pole.imag > REAL * np.abs(pole)) & (np.abs(pole) > STILL * np.abs(guess))
@@ -226,7 +230,7 @@ def refined(
         pole, x, guess, moved = pole[left], x[:, left], guess[left], moved[left]
         cluster = np.unique(cluster[left], return_inverse=True)[1]
         largest = float(np.max(moved / np.abs(pole), initial=0.0))
-        if largest <= 4.0 * EPSILON or (best < 1e-12 and largest >= best):
+        if largest <= SETTLED or (best < 1e-12 and largest >= best):
             break
         best = largest
     lost = np.flatnonzero(moved > UNSETTLED * np.abs(pole))

@@ -23,7 +23,7 @@ from vibecalc.core.results.record import (
     under,
 )
 from vibecalc.torsion import study_results
-from vibecalc.torsion.coupling_results import COUPLING, COUPLING_ENTRIES, LARGEST
+from vibecalc.torsion.study_results import COUPLING, COUPLING_ENTRIES, LARGEST
 
 ROOT = "response/torsion"
 _REPORT = "vibecalc.torsion.report.limits"
@@ -268,8 +268,8 @@ def _barred(place: str, of: str = "") -> tuple[Entry, ...]:
 
     def lead(end: str, told: str) -> Headline | None:
         """Of the line as it is; those of its variants stand in words."""
-        return None if of else Headline(f"barred range {end}", "rpm", pick="each",
-                                        words=f"vibecalc.torsion.report.barred:{told}")  # fmt: skip
+        words = f"vibecalc.torsion.report.vibration:{told}"
+        return None if of else Headline(f"barred range {end}", "rpm", pick="each", words=words)
 
     return under(
         place,

@@ -296,7 +296,7 @@ class Shaft(Table):
         Of a coupling it is psi / (2 pi) with its nominal relative damping.
         """
         if self.coupling is not None:
-            from vibecalc.torsion.coupling_model import nominal
+            from vibecalc.torsion.couplings import nominal
 
             return nominal(self.coupling).relative_damping / (2.0 * math.pi)
         if self.magnifier is not None:

@@ -446,7 +446,7 @@ SUBJECT = Subject(
     ),
     sections=(
         "vibecalc.torsion.report.first_page:torsion",
-        "vibecalc.torsion.report.barred:torsion_limits",
+        "vibecalc.torsion.report.vibration:torsion_limits",
         "vibecalc.torsion.report.couplings:torsion_couplings",
         "vibecalc.torsion.report.studies:damper_design",
         "vibecalc.torsion.report.studies:torsion_transient",

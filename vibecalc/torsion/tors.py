@@ -241,7 +241,8 @@ def _order(data: dict[str, Any]) -> dict[str, dict[str, str]]:
     structure = data.get("structure", [])
     found: dict[str, dict[str, str]] = {}
     for place, pair in enumerate(structure if isinstance(structure, list) else [structure]):
-        ends = [one.split(".") for one in pair if isinstance(one, str)] if _is_pair(pair) else []
+        named = pair if isinstance(pair, list) else []
+        ends = [one.split(".") if isinstance(one, str) else [] for one in named]
         if [len(end) for end in ends] != [2, 2]:
             raise NoAssembly(
                 f"structure[{place}] is {str(pair)[:60]!r}, wanted two texts "
@@ -256,10 +257,6 @@ def _order(data: dict[str, Any]) -> dict[str, dict[str, str]]:
             )
         hanging[element] = other
     return found
-
-
-def _is_pair(pair: Any) -> bool:
-    return isinstance(pair, list) and len(pair) == 2
 
 
 def _walk(

@@ -1,6 +1,6 @@
 """Adapter: the tuning of absorbers by one search: several, or within a band, with tolerances."""
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -41,8 +41,7 @@ _DRAWN = 256
 def run_band_tuning(scene: Scene) -> None:
     """Emit the best springs and dampers of several absorbers or for a band; hand them on."""
     options, parts = scene.case.tuning, build_absorber(scene.case)
-    if options is None:
-        raise ValueError("the case has no absorber to tune")
+    assert options is not None
     problem, scale = problem_of(options, parts, scene.case.machine), parts.scale
     as_given, banded = options.frequency is not None, is_banded(scene.case)
     if options.frequency is not None and scale is not None:
@@ -114,12 +113,15 @@ def _hand_on(scene: Scene, parts: AbsorberParts, found: BandTuning) -> None:
 def _emit_optimum(scene: Scene, problem: BandProblem) -> None:
     """What is best for the band, next to an absorber that swings at a frequency as given."""
     best = band_tuning(problem)
-    for name, value, error in (
-        ("stiffness_ratio", best.stiffness_ratio[0], best.stiffness_error[0]),
-        ("damping_over_primary_critical", best.secondary_damping[0], best.damping_error[0]),
-        ("peak", best.largest, best.largest_error),
-    ):
-        scene.emit(f"{OPTIMUM_ROOT}/{name}", value, error)
+    _emit_ratios(scene, OPTIMUM_ROOT, best)
+    scene.emit(f"{OPTIMUM_ROOT}/peak", best.largest, best.largest_error)
+
+
+def _emit_ratios(scene: Scene, root: str, one: BandTuning) -> None:
+    """Spring and damper of a single absorber."""
+    k, z = one.stiffness_ratio[0], one.secondary_damping[0]
+    scene.emit(f"{root}/stiffness_ratio", k, one.stiffness_error[0])
+    scene.emit(f"{root}/damping_over_primary_critical", z, one.damping_error[0])
 
 
 def problem_of(options: Tuning, parts: AbsorberParts, machine: Machine) -> BandProblem:
@@ -151,17 +153,11 @@ def problem_of(options: Tuning, parts: AbsorberParts, machine: Machine) -> BandP
 def _emit_travel(
     scene: Scene, parts: AbsorberParts, problem: BandProblem, found: BandTuning
 ) -> None:
-    rows = []
-    for place in range(len(problem.mass)):
-
-        def travel(
-            k: FloatArray, z: FloatArray, place: int = place
-        ) -> tuple[FloatArray, FloatArray]:
-            return largest_in(problem, k, z, response="travel", absorber=place)
-
-        value, error = travel(found.stiffness_ratio, found.secondary_damping)
-        rows.append((np.max(value), np.max(error) + _moved(found, travel)))
-    value, error = np.array(rows).T
+    each = (
+        _read(problem, found, response="travel", absorber=place)
+        for place in range(len(problem.mass))
+    )
+    value, error = np.array([(np.max(one.value), np.max(one.error)) for one in each]).T
     if parts.branches:
         scene.emit(f"{TUNING_ROOT}/each/travel", value, error, named(parts))
     else:
@@ -170,30 +166,17 @@ def _emit_travel(
 
 def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> None:
     """What the tolerances cost, next to a tuning that knows none; parts drawn between them."""
-    k, z = found.stiffness_ratio, found.secondary_damping
-
-    def as_they_should(k: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return largest_in(problem, k, z, NOMINAL)
-
-    value, error = as_they_should(k, z)
-    off = error[0] + _moved(found, as_they_should)
-    scene.emit(f"{TOLERANCES_ROOT}/nominal_peak", value[0], off)
+    scene.emit(f"{TOLERANCES_ROOT}/nominal_peak", _read(problem, found, NOMINAL)[0])
     scene.emit(f"{TOLERANCES_ROOT}/worst_peak", found.largest, found.largest_error)
     held = found.state[found.limit == 0]
     axes = {"active": np.arange(1, len(held) + 1), "toleranced": NAMES["toleranced"]}
     scene.emit(f"{TOLERANCES_ROOT}/deviation", problem.states[held], 0.0, axes)
     shares = np.max(np.abs(problem.states), axis=0)
     drawn = (2.0 * spread(_DRAWN, len(shares)) - 1.0) * shares
-
-    inside, error = largest_in(problem, k, z, drawn)
+    inside, _ = largest_in(problem, found.stiffness_ratio, found.secondary_damping, drawn)
     place = int(np.argmax(inside))
     most = float(inside[place])
-
-    def there(k: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return largest_in(problem, k, z, drawn[place : place + 1])
-
-    off = float(error[place]) + _moved(found, there)
-    scene.emit(f"{TOLERANCES_ROOT}/inside_peak", most, off)
+    scene.emit(f"{TOLERANCES_ROOT}/inside_peak", _read(problem, found, drawn[place : place + 1])[0])
     if most > found.largest * (1.0 + _NO_LOWER):
         scene.warn(
             f"the worst case lies between the tolerances: {most:.6g} there, "
@@ -202,36 +185,32 @@ def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> N
     exact = band_tuning(problem._replace(states=NOMINAL))
     root = f"{TOLERANCES_ROOT}/exact"
     if len(problem.mass) == 1:
-        scene.emit(f"{root}/stiffness_ratio", exact.stiffness_ratio[0], exact.stiffness_error[0])
-        scene.emit(
-            f"{root}/damping_over_primary_critical",
-            exact.secondary_damping[0],
-            exact.damping_error[0],
-        )
+        _emit_ratios(scene, root, exact)
     scene.emit(f"{root}/nominal_peak", exact.largest, exact.largest_error)
-
-    def worst(k: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return largest_in(problem, k, z)
-
-    value, error = worst(exact.stiffness_ratio, exact.secondary_damping)
-    scene.emit(f"{root}/worst_peak", np.max(value), np.max(error) + _moved(exact, worst))
+    worst = _read(problem, exact)
+    scene.emit(f"{root}/worst_peak", np.max(worst.value), np.max(worst.error))
 
 
-def _moved(
-    found: BandTuning, read: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-) -> float:
-    """What the errors of a tuning do to peaks at it, at most."""
+def _read(
+    problem: BandProblem, found: BandTuning, states: FloatArray | None = None, **what: Any
+) -> Bounded:
+    """Largest response (s,) of a tuning in states, or other readings; with errors of the tuning."""
+
+    def read(both: FloatArray) -> tuple[FloatArray, FloatArray]:
+        stiffness, damping = np.split(both, 2)
+        return largest_in(problem, stiffness, damping, states, **what)
+
     ratios = np.concatenate([found.stiffness_ratio, found.secondary_damping])
     errors = np.concatenate([found.stiffness_error, found.damping_error])
-    moved = moved_by_ratios(lambda both: read(*np.split(both, 2))[0], ratios, errors)
-    return float(np.max(moved))
+    value, error = read(ratios)
+    moved = moved_by_ratios(lambda both: read(both)[0], ratios, errors)
+    return Bounded(value, error + np.max(moved))
 
 
 def _emit_next_to(
     scene: Scene, options: Tuning, problem: BandProblem, found: BandTuning, banded: bool
 ) -> None:
     """Closed forms by their true peak in the worst state; losses by errors of the nominal parts."""
-    k, z = found.stiffness_ratio, found.secondary_damping
     if options.compare:
 
         def worst(stiff: FloatArray, damped: FloatArray) -> Bounded:
@@ -244,13 +223,7 @@ def _emit_next_to(
 
         def off(stiff: FloatArray, damped: FloatArray) -> Bounded:
             none = np.zeros(len(stiff))
-            states = np.stack([none, none, stiff, damped], axis=1)
-
-            def read(k: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-                return largest_in(problem, k, z, states)
-
-            value, error = read(k, z)
-            return Bounded(value, error + _moved(found, read))
+            return _read(problem, found, np.stack([none, none, stiff, damped], axis=1))
 
         emit_mistuning(scene, options, off, banded)
 

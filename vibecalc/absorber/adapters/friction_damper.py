@@ -17,8 +17,7 @@ _RATIOS = (0.0, 2.0, 401)
 def run_friction_damper(scene: Scene) -> None:
     """Emit the response with the friction of the case, or with the best, and what is best."""
     machine = scene.case.machine
-    if machine.primary is None or machine.friction_damper is None:
-        raise ValueError("the case has no friction damper")
+    assert machine.primary is not None and machine.friction_damper is not None
     scale = primary_scale(machine)
     z1 = primary_damping(machine.primary, scale)
     m, given, force = rubbed_mass(machine.friction_damper, scale)

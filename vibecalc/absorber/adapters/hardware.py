@@ -366,10 +366,8 @@ class _Choice:
         )[0])  # fmt: skip
         try:
             choice = stock_choice(
-                0.0, 0.0, k.value, z.value, least, self.tuning.excitation, self.tuning.response,
-                stiffness=limits.stiffness, damping=limits.damping, travel=limits.travel,
-                read=self.largest,
-            )  # fmt: skip
+                k.value, z.value, least, self.largest, self.tuning.response, **limits._asdict()
+            )
         except NumericalFailure as failure:
             chosen = *paths_of(group), *paths_of(Buy), *paths_of(Warming)
             if not (self.scene.wanted or frozenset()).isdisjoint(chosen):

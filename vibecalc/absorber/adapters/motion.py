@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from vibecalc.absorber.adapters.band import problem_of
-from vibecalc.absorber.adapters.response import moved_by_ratios
+from vibecalc.absorber.adapters.response import frequency_ratios, moved_by_ratios
 from vibecalc.absorber.asked_tables import AMPLITUDES, AbsorberResponse
-from vibecalc.absorber.modal import Fitted, Modes, bare, fitted, highest, magnitude
+from vibecalc.absorber.modal import Fitted, bare, fitted, highest, magnitude
 from vibecalc.absorber.model import AbsorberParts, Scale, build_absorber, modes_of
 from vibecalc.absorber.motion_results import (
     IN_BAND_ROOT,
@@ -29,12 +29,14 @@ _TURN = 2.0 * np.pi
 def run_motion(scene: Scene) -> None:
     """Emit every motion and force over the frequencies drawn, and the largest of each."""
     case = scene.case
-    if case.response is None or case.response.absorber is None or case.machine.primary is None:
-        raise ValueError("the case has no [response.absorber]")
+    assert (
+        case.response is not None
+        and case.response.absorber is not None
+        and case.machine.primary is not None
+    )
     parts, options = build_absorber(case), case.response.absorber
     scale, several = parts.scale, parts.branches
-    if scale is None:
-        raise ValueError("a motion in units needs a primary with units")
+    assert scale is not None
     modes = modes_of(case.machine.primary, scale, several)
     masses, given, errors = absorbers_of(scene, parts)
     if not np.all(np.isfinite(given)):
@@ -49,7 +51,7 @@ def run_motion(scene: Scene) -> None:
         return fitted(modes, masses, stiffness, damping, carrier)
 
     excitation, unit = driven(options, scale)
-    x = drawn(options, parts, modes)
+    x = frequency_ratios(options, parts, float(np.max(modes.frequency)))
     natural = scale.frequency / _TURN
     names = TORSION if scale.torsion else TRANSLATION
     curves = {"excitation_frequency": x * natural}
@@ -170,17 +172,6 @@ def _factor(response: str, scale: Scale) -> float:
     if response in ("velocity", "acceleration"):
         return scale.frequency ** (1 + (response == "acceleration"))
     return scale.stiffness if response.endswith("force") else 1.0
-
-
-def drawn(options: AbsorberResponse, parts: AbsorberParts, modes: Modes) -> FloatArray:
-    """Frequencies of the curves over the first natural frequency; default: to twice the highest."""
-    asked = options.frequencies
-    if asked is not None and parts.scale is not None:
-        return np.linspace(asked.start, asked.stop, asked.points) / parts.scale.frequency
-    ratios = options.frequency_ratios
-    if ratios is not None:
-        return np.linspace(ratios.start, ratios.stop, ratios.points)
-    return np.linspace(0.0, 2.0 * float(np.max(modes.frequency)), 401)
 
 
 def _curve(

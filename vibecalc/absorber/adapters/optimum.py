@@ -136,8 +136,7 @@ def level_of(options: Tuning, absorber: Absorber) -> Bounded:
     pair = options.excitation, options.response
     if options.norm == "h2":
         return mean_square(absorber, *pair)
-    found = peaks(absorber, *pair)
-    return Bounded(found.largest, found.largest_error)
+    return peaks(absorber, *pair).top
 
 
 # ----------------------------------------------------------------------------
@@ -224,23 +223,21 @@ def emit_comparison(
     """Which bounds hold the tuning, and next to it the one that there would be without them."""
     pair = options.excitation, options.response
     top, travel = peaks(free, *pair), peaks(free, pair[0], _TRAVEL)
-    k, z2 = float(np.asarray(free.stiffness_ratio)), float(np.asarray(free.secondary_damping))
+    k, z2 = free.stiffness_ratio, free.secondary_damping
     scene.emit(f"{TUNING_ROOT}/unbounded/stiffness_ratio", k, best.stiffness_error)
     scene.emit(f"{TUNING_ROOT}/unbounded/damping_over_primary_critical", z2, best.damping_error)
-    for name, one in (("peak", top), ("travel", travel)):
-        value = float(one.largest)
-        error = float(one.largest_error) + best.value_error * (name == "peak")
-        scene.emit(f"{TUNING_ROOT}/unbounded/{name}", value, error if np.isfinite(value) else 0.0)
+    peak = Bounded(top.largest, top.largest_error + best.value_error)
+    scene.emit(f"{TUNING_ROOT}/unbounded/peak", peak)
+    scene.emit(f"{TUNING_ROOT}/unbounded/travel", travel.top)
     active = np.zeros(len(HELD_BY), dtype=int)
     if bounded is not None:
         active[:] = *bounded.lower, *bounded.upper, np.any(bounded.limit > 0)
     scene.emit(f"{TUNING_ROOT}/bounds/active", active, 0.0, {"tuning_bound": HELD_BY})
-    least, cost = float(top.largest), 0.0
-    error = 0.0
+    cost = Bounded(np.zeros(()), np.zeros(()))
     if bounded is not None:
-        cost = bounded.largest / least - 1.0
-        error = (2.0 * bounded.largest_error + float(top.largest_error)) / least + 4.0 * EPSILON
-    scene.emit(f"{TUNING_ROOT}/bounds/penalty", cost, error if np.isfinite(cost) else 0.0)
+        error = (2.0 * bounded.largest_error + top.largest_error) / top.largest + 4.0 * EPSILON
+        cost = Bounded(bounded.largest / top.largest - 1.0, error)
+    scene.emit(f"{TUNING_ROOT}/bounds/penalty", cost)
     scene.cite(
         "sequential quadratic programming on the levels of all peaks, then Newton's method",
         "tuning within bounds",
@@ -370,10 +367,10 @@ def emit_chart(scene: Scene, options: Tuning) -> None:
     scene.emit(
         f"{TUNING_ROOT}/chart/absorber_damping_ratio", on_secondary, on_secondary * relative, axes
     )
-    uncertainty = np.where(np.isfinite(top.largest), top.largest_error, 0.0)
-    if options.norm == "h_infinity":
-        uncertainty = uncertainty + best.value_error
-    scene.emit(f"{TUNING_ROOT}/chart/peak", top.largest, uncertainty, axes)
+    off = best.value_error if options.norm == "h_infinity" else 0.0
+    scene.emit(
+        f"{TUNING_ROOT}/chart/peak", Bounded(top.largest, top.largest_error + off), axes=axes
+    )
 
 
 def emit_map(scene: Scene, options: Tuning, tuned: Absorber) -> None:
@@ -387,4 +384,4 @@ def emit_map(scene: Scene, options: Tuning, tuned: Absorber) -> None:
         Absorber(z1, m, stiffness[:, None], damping[None, :]), options.excitation, options.response
     )
     axes = {"stiffness_ratio": stiffness, "damping_over_primary_critical": damping}
-    scene.emit(f"{TUNING_ROOT}/map/peak", found.largest, found.largest_error, axes)
+    scene.emit(f"{TUNING_ROOT}/map/peak", found.top, axes=axes)

@@ -17,9 +17,10 @@ from vibecalc.absorber.pendulum_steady import (
     small_motion,
     steady_motion,
 )
-from vibecalc.absorber.results import PENDULUM_ROOT
+from vibecalc.absorber.results import Jump, OverOrders, Pendulum, SmallSwings, SteadySwings
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.pendulums import SMALL_SWING
 
@@ -30,32 +31,21 @@ _RATIOS = (0.8, 1.2, 401)
 def run_absorber_pendulum(scene: Scene) -> None:
     """Emit order, detuning, response to the torque of the case and the torque of a jump."""
     parts = build_pendulum(scene.case)
-    tuned = tuning_order(parts.pendulum)
-    scene.emit(f"{PENDULUM_ROOT}/order", tuned.value, tuned.error)
-    radius = float(np.asarray(parts.pendulum.path_radius))
-    scene.emit(f"{PENDULUM_ROOT}/path_radius", radius, 8.0 * EPSILON * radius)
-    scene.emit(
-        f"{PENDULUM_ROOT}/path_exponent", float(np.asarray(parts.pendulum.path_exponent)), EPSILON
+    pendulum = parts.pendulum
+    nearby = as_secondary(pendulum, parts.rotor_inertia, parts.speed, parts.damping)
+    ratio, off = nearby.inertia / nearby.primary_inertia, nearby.error
+    found = Pendulum(
+        order=tuning_order(pendulum),
+        path_radius=rounded(pendulum.path_radius, 16.0),
+        path_exponent=Bounded(np.asarray(pendulum.path_exponent), np.asarray(EPSILON)),
+        detuning=detuning_coefficient(pendulum),
+        largest_swing=rounded(largest_swing(pendulum), 8.0),
+        mass_ratio=Bounded(ratio, 4.0 * off * ratio),
+        inertia=Bounded(nearby.inertia, 2.0 * off * nearby.inertia),
+        stiffness=Bounded(nearby.stiffness, 2.0 * off * nearby.stiffness),
+        order_of_swing=order_of_swing(pendulum, parts.swings) if parts.swings.size else None,
     )
-    detuning = detuning_coefficient(parts.pendulum)
-    scene.emit(f"{PENDULUM_ROOT}/detuning", detuning.value, detuning.error)
-    end = float(largest_swing(parts.pendulum))
-    scene.emit(f"{PENDULUM_ROOT}/largest_swing", end, 4.0 * EPSILON * end)
-    nearby = as_secondary(parts.pendulum, parts.rotor_inertia, parts.speed, parts.damping)
-    error = float(nearby.error)
-    ratio = float(nearby.inertia / nearby.primary_inertia)
-    scene.emit(f"{PENDULUM_ROOT}/mass_ratio", ratio, 4.0 * error * ratio)
-    scene.emit(
-        f"{PENDULUM_ROOT}/inertia", float(nearby.inertia), 2.0 * error * float(nearby.inertia)
-    )
-    scene.emit(
-        f"{PENDULUM_ROOT}/stiffness", float(nearby.stiffness), 2.0 * error * float(nearby.stiffness)
-    )
-    if parts.swings.size:
-        orders = order_of_swing(parts.pendulum, parts.swings)
-        scene.emit(
-            f"{PENDULUM_ROOT}/order_of_swing", orders.value, orders.error, {"swing": parts.swings}
-        )
+    scene.emit_all(found, {"swing": parts.swings})
     if parts.torque is not None:
         _emit_small(scene, parts, nearby, parts.torque)
     if parts.rotor_stiffness == 0.0:
@@ -79,29 +69,24 @@ def _emit_small(scene: Scene, parts: PendulumParts, nearby: Secondary, torque: f
         raise NumericalFailure(
             f"order {parts.order:.6g} meets an undamped resonance of rotor and pendulum"
         )
-    scene.emit(f"{PENDULUM_ROOT}/small/rotor", motion.rotor, motion.rotor_error)
-    scene.emit(f"{PENDULUM_ROOT}/small/swing", motion.swing, motion.swing_error)
     inertia = float(nearby.primary_inertia + nearby.inertia)
     locked = torque / (hold - inertia * frequency**2)
     lost = (hold + inertia * frequency**2) * abs(locked) / torque
     slack = (2.0 * float(nearby.error) + 8.0 * EPSILON) * abs(locked)
-    scene.emit(f"{PENDULUM_ROOT}/small/rotor_without", complex(locked), slack * lost)
+    scene.emit_all(SmallSwings(
+        rotor=Bounded(motion.rotor, motion.rotor_error),
+        swing=Bounded(motion.swing, motion.swing_error),
+        rotor_without=Bounded(np.asarray(complex(locked)), np.asarray(slack * lost)),
+    ))  # fmt: skip
     ratios = np.linspace(*_RATIOS)
     sweep = small_motion(nearby, ratios * frequency, torque, hold)
-    axes = {"order_ratio": ratios}
-    finite = np.isfinite(np.abs(sweep.rotor))
-    scene.emit(
-        f"{PENDULUM_ROOT}/response/rotor",
-        sweep.rotor,
-        np.where(finite, sweep.rotor_error, 0.0),
-        axes,
-    )
     with np.errstate(divide="ignore"):
         alone = torque / (hold - inertia * (ratios * frequency) ** 2)
-    scene.emit(
-        f"{PENDULUM_ROOT}/response/without", alone.astype(complex),
-        1e-12 * np.where(np.isfinite(alone), np.abs(alone), 0.0), axes,
-    )  # fmt: skip
+    curves = OverOrders(
+        rotor=Bounded(sweep.rotor, sweep.rotor_error),
+        without=Bounded(alone.astype(complex), 1e-12 * np.abs(alone)),
+    )
+    scene.emit_all(curves, {"order_ratio": ratios})
     reach = float(np.abs(motion.swing))
     if reach > SMALL_SWING:
         scene.warn(
@@ -112,8 +97,7 @@ def _emit_small(scene: Scene, parts: PendulumParts, nearby: Secondary, torque: f
 
 def _emit_steady(scene: Scene, parts: PendulumParts) -> None:
     """Torque that holds each swing of an undamped pendulum, by its exact equations."""
-    swings, torques, errors, reach = [], [], [], []
-    square = parts.speed**2
+    swings, found = [], []
     for swing in parts.swings[parts.swings > 0.0]:
         try:
             motion = steady_motion(parts.pendulum, parts.rotor_inertia, parts.order, swing)
@@ -121,13 +105,10 @@ def _emit_steady(scene: Scene, parts: PendulumParts) -> None:
             scene.warn(f"beyond a swing of {np.degrees(swing):.4g} degrees: {failure}")
             break
         swings.append(float(swing))
-        torques.append(float(motion.torque.value) * square)
-        errors.append(float(motion.torque.error) * square)
-        reach.append((float(motion.largest.value), float(motion.largest.error)))
-    axes = {"steady_swing": np.array(swings)}
-    scene.emit(f"{PENDULUM_ROOT}/steady/torque", np.array(torques), np.array(errors), axes)
-    largest, uncertainties = np.array(reach).reshape(-1, 2).T
-    scene.emit(f"{PENDULUM_ROOT}/steady/largest_swing", largest, uncertainties, axes)
+        found.append([*motion.torque * parts.speed**2, *motion.largest])
+    torque, error, reach, off = np.array(found, dtype=float).reshape(-1, 4).T
+    rows = SteadySwings(Bounded(torque, error), Bounded(reach, off))
+    scene.emit_all(rows, {"steady_swing": np.array(swings)})
 
 
 def _emit_jump(scene: Scene, parts: PendulumParts) -> None:
@@ -136,15 +117,11 @@ def _emit_jump(scene: Scene, parts: PendulumParts) -> None:
         found = jump(parts.pendulum, parts.rotor_inertia, parts.order)
     except NumericalFailure as failure:
         scene.warn(str(failure))
-        scene.emit(f"{PENDULUM_ROOT}/jump/torque", np.inf)
-        scene.emit(f"{PENDULUM_ROOT}/jump/swing", np.inf)
+        scene.emit_all(Jump(np.inf, np.inf))
         return
-    square = parts.speed**2
-    scene.emit(
-        f"{PENDULUM_ROOT}/jump/torque", found.torque.value * square, found.torque.error * square
-    )
-    scene.emit(f"{PENDULUM_ROOT}/jump/swing", found.swing.value, found.swing.error)
-    limit = float(found.torque.value) * square
+    torque = found.torque * parts.speed**2
+    scene.emit_all(Jump(torque, found.swing))
+    limit = float(torque.value)
     if parts.torque is not None and parts.torque > limit:
         scene.warn(
             f"the torque of {parts.torque:.4g} N*m is above the jump at {limit:.4g} N*m: the "

@@ -156,13 +156,16 @@ def run_absorber(scene: Scene) -> None:
     Peaks of many absorbers at once where the case has numbers (points,).
     """
     case = scene.case
-    if case.response is None or case.response.absorber is None:
-        raise ValueError("the case has no [response.absorber]")
+    assert case.response is not None and case.response.absorber is not None
     parts = build_absorber(case)
     options, pair = case.response.absorber, asked_of(case)
     whole = family(case, options, parts, scene.handed_on.get("tuned"))
-    curves, tops = _reported(scene, whole, pair)
+    travels = [TRAVEL] if scene.wants(f"{RESPONSE_ROOT}/largest_travel") else []
+    curves, both = _reported(scene, whole, pair, travels)
+    tops, *travel = (Peaks(*(part[place] for part in both)) for place in range(1 + len(travels)))
     _emit_peaks(scene, curves, tops, pair)
+    for one in travel:
+        _emit_largest(scene, "largest_travel", curves, one, (pair[0], TRAVEL))
     if not scene.wants(*SHOWN):
         return
     ratios = frequency_ratios(options, parts)
@@ -209,10 +212,16 @@ def _passed(first: int, one: Absorber) -> np.ndarray:
     return np.array(fixed_points(one.mass_ratio, one.stiffness_ratio)[first : first + 2])
 
 
-def _reported(scene: Scene, curves: Curves, pair: tuple[str, str]) -> tuple[Curves, Peaks]:
-    """The curves whose peaks double precision can tell, the first in any case, and these peaks."""
+def _reported(
+    scene: Scene, curves: Curves, pair: tuple[str, str], others: list[str]
+) -> tuple[Curves, Peaks]:
+    """The curves whose peaks double precision can tell, the first in any case, and these peaks.
+
+    Of the response of the pair and of `others`, by a leading axis.
+    """
+    asked = [pair[1], *others]
     try:
-        return curves, peaks(curves.absorber, *pair)
+        return curves, peaks(curves.absorber, pair[0], asked)
     except NumericalFailure:
         if scene.wanted is not None:
             raise
@@ -225,18 +234,19 @@ def _reported(scene: Scene, curves: Curves, pair: tuple[str, str]) -> tuple[Curv
             scene.warn(f"curve {name!r} left out: {failure}")
     names = tuple(curves.names[place] for place in shown)
     left = Absorber(*(np.asarray(part)[shown] for part in curves.absorber))
-    return Curves(names, left), peaks(left, *pair)
+    return Curves(names, left), peaks(left, pair[0], asked)
 
 
-def frequency_ratios(options: AbsorberResponse, parts: AbsorberParts) -> np.ndarray:
-    """Frequencies of the curves over the primary's own one."""
+def frequency_ratios(
+    options: AbsorberResponse, parts: AbsorberParts, highest: float = 1.0
+) -> FloatArray:
+    """Frequencies of the curves over the primary's own one; default: to twice the highest mode."""
     if options.frequencies is not None and parts.scale is not None:
         asked = options.frequencies
-        span = np.linspace(asked.start, asked.stop, asked.points)
-        return np.asarray(span / parts.scale.frequency)
+        return np.linspace(asked.start, asked.stop, asked.points) / parts.scale.frequency
     ratios = options.frequency_ratios
     if ratios is None:
-        return np.linspace(0.0, 2.0, 401)
+        return np.linspace(0.0, 2.0 * highest, 401)
     return np.linspace(ratios.start, ratios.stop, ratios.points)
 
 
@@ -271,9 +281,6 @@ def _emit_peaks(scene: Scene, curves: Curves, tops: Peaks, pair: tuple[str, str]
     moved = np.max(spread[..., 0, :], axis=-1)
     where[..., 0] += np.where(finite[..., 0], moved, 0.0)
     scene.emit(f"{RESPONSE_ROOT}/largest_frequency_ratio", tops.where, where, axes)
-    if scene.wants(f"{RESPONSE_ROOT}/largest_travel"):
-        travel = peaks(curves.absorber, pair[0], TRAVEL)
-        _emit_largest(scene, "largest_travel", curves, travel, (pair[0], TRAVEL))
 
 
 def _emit_largest(

@@ -28,8 +28,7 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray
 def run_several_response(scene: Scene) -> None:
     """Emit the curves of several absorbers: as given or tuned, and over the primary damping."""
     case, parts = scene.case, build_absorber(scene.case)
-    if case.response is None or case.response.absorber is None:
-        raise ValueError("the case has no [response.absorber]")
+    assert case.response is not None and case.response.absorber is not None
     options, (excitation, response) = case.response.absorber, asked_of(case)
     asked = excitation, OWN.get(response, response)
     mass, given, errors = absorbers_of(scene, parts)

@@ -1,6 +1,7 @@
 """Adapter: the optimum of one absorber with its proof, other methods, mistuning, sensitivity."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from vibecalc.absorber.adapters.optimum import (
     tunings,
     within_bounds,
 )
-from vibecalc.absorber.adapters.response import TuningError, moved, tuning_error
+from vibecalc.absorber.adapters.response import TRAVEL, TuningError, moved, tuning_error
 from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
@@ -114,10 +115,8 @@ def run_absorber_tuning(scene: Scene) -> None:
     """Emit the optimum and what the case asks for next to it; hand on the tuned absorber."""
     case = scene.case
     options, parts = case.tuning, build_absorber(case)
-    if options is None:
-        raise ValueError("the case has no [tuning]")
-    if parts.absorber is None:
-        raise ValueError("the case has no absorber to tune")
+    assert options is not None
+    assert parts.absorber is not None
     z1, m = parts.primary_damping, float(np.asarray(parts.absorber.mass_ratio))
     free = best = best_tuning(options, z1, m)
     bounded = None if options.bounds is None else within_bounds(options, z1, m, free)
@@ -164,8 +163,7 @@ def _emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: BestTuni
     promise = np.inf if white else float(peaks(tuned, *pair).largest)
 
     def top(k: FloatArray, z2: FloatArray) -> Bounded:
-        found = peaks(Absorber(z1, m, k, z2), *pair)
-        return Bounded(found.largest, found.largest_error)
+        return peaks(Absorber(z1, m, k, z2), *pair).top
 
     best = best._replace(value=float(level.value), value_error=float(level.error))
     emit_methods(scene, options, float(np.asarray(m)), best, promise, None if white else top,
@@ -191,46 +189,41 @@ def nearby(scene: Scene, name: str, study: Callable[[], None]) -> None:
 
 
 def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber) -> None:
-    z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
-    pair = options.excitation, options.response
-    scene.emit(f"{TUNING_ROOT}/primary_damping", z1)
-    both = (("peak", tuned), ("peak_alone", Absorber(z1, m, 0.0, 0.0)))
-    peaked = not white_ground(scene.case)
-    for name, absorber in both if peaked else ():
-        if not scene.wants(f"{TUNING_ROOT}/{name}"):
-            continue
-        top = peaks(absorber, *pair)
-        error = float(top.largest_error)
-        value = float(top.largest)
-        uncertainty = best.value_error if name == "peak" and options.norm != "h2" else 0.0
-        scene.emit(
-            f"{TUNING_ROOT}/{name}", value, error + uncertainty if np.isfinite(value) else 0.0
-        )
-    if peaked and scene.wants(f"{TUNING_ROOT}/travel"):
-        travel = peaks(tuned, pair[0], "relative_displacement")
-        reach = float(travel.largest)
-        off = moved(
-            lambda one: peaks(one, pair[0], "relative_displacement").largest,
-            tuned,
-            _uncertainty(best),
-        )
-        uncertainty = float(travel.largest_error) + float(off)
-        scene.emit(f"{TUNING_ROOT}/travel", reach, uncertainty if np.isfinite(reach) else 0.0)
+    pair, least = (options.excitation, options.response), options.norm == "h2"
+    z1, m, free = tuned.primary_damping, tuned.mass_ratio, options.kind == "free"
+
+    def peak() -> Bounded:
+        top = peaks(tuned, *pair)
+        return Bounded(top.largest, top.largest_error + (0.0 if least else best.value_error))
+
+    def travel() -> Bounded:
+        def reach(one: Absorber) -> np.ndarray:
+            return peaks(one, pair[0], TRAVEL).largest
+
+        off = moved(reach, tuned, _uncertainty(best))
+        top = peaks(tuned, pair[0], TRAVEL)
+        return Bounded(top.largest, top.largest_error + off)
+
+    # near a threshold the peak is 1 and a little, of which the peak itself tells few digits
+    above = Bounded(best.above_floor, best.above_floor_error)
+    if np.isnan(best.above_floor):
+        above = Bounded(best.value - 1.0, best.value_error + EPSILON)
+    found: dict[str, Any] = {"primary_damping": z1, "helps": int(best.helps)}
+    if not white_ground(scene.case):
+        found |= {"peak": peak, "travel": travel}
+        found["peak_alone"] = lambda: peaks(Absorber(z1, m, 0.0, 0.0), *pair).top
     if is_over_one(options):
-        # near a threshold the peak is 1 and a little, of which the peak itself tells few digits
-        above, slack = best.above_floor, best.above_floor_error
-        if np.isnan(above):
-            above, slack = best.value - 1.0, best.value_error + EPSILON
-        scene.emit(f"{TUNING_ROOT}/peak_less_one", above, slack)
-    scene.emit(f"{TUNING_ROOT}/helps", int(best.helps))
-    if options.kind == "free":
-        scene.emit(f"{TUNING_ROOT}/without_spring", int(best.stiffness_ratio == 0.0 and best.helps))
-    if options.norm == "h2":
-        scene.emit(f"{TUNING_ROOT}/mean_square", best.value, best.value_error)
-        scene.emit(f"{TUNING_ROOT}/mean_square_alone", best.alone, 8.0 * EPSILON)
+        found["peak_less_one"] = above
+    if free:
+        found["without_spring"] = int(best.stiffness_ratio == 0.0 and best.helps)
+    if least:
+        found["mean_square"] = Bounded(best.value, best.value_error)
+        found["mean_square_alone"] = Bounded(best.alone, np.asarray(8.0 * EPSILON))
     else:
-        scene.emit(f"{TUNING_ROOT}/threshold", threshold(*pair).primary_damping, EPSILON)
-        scene.emit(f"{TUNING_ROOT}/evaluations", best.evaluations)
+        limit = np.asarray(threshold(*pair).primary_damping)
+        found["threshold"] = Bounded(limit, np.asarray(EPSILON))
+        found["evaluations"] = best.evaluations
+    scene.emit_all({f"{TUNING_ROOT}/{name}": value for name, value in found.items()})
     for words in best.remarks:
         scene.warn(words)
 

@@ -207,17 +207,12 @@ def whirl_frequencies(rod: OverhungRod, body: EndBody, spin: ArrayLike, modes: i
     span = np.asarray(rod.span, dtype=float)
     longer = rod._replace(overhang=np.maximum(np.asarray(rod.overhang), _SHORT * span))
     # elements that follow one mode more than asked for, whose gap tells how far to look
-    starts = element_frequencies(longer, body, turning, *start_elements(modes))
+    starts = element_frequencies(longer, body, turning, 2 * modes, modes)
     forward, backward = (start[..., : modes + 1] for start in starts)
     with_spin = _roots(rod, body, turning, forward)
     if not np.any(turning * np.asarray(body.polar_inertia)):
         return Whirl(with_spin, with_spin)
     return Whirl(with_spin, _roots(rod, body, -turning, backward))
-
-
-def start_elements(modes: int) -> tuple[int, int]:
-    """Elements on span and overhang that place so many modes, and one more."""
-    return 2 * modes, modes
 
 
 def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray) -> Bounded:

@@ -73,7 +73,9 @@ def absorber_motion(result: Result) -> Section | None:
                     row.append(show(factor * float(height), factor * top.error_estimate))
                     row.append(show(float(at)) if met else "")
                 rows.append(row)
-    lines = paragraph(f"amplitudes (0-to-peak){said}, with and without the absorber:")
+    nominal = table_of(result.case, "tuning").get("tolerances")
+    parts = " of nominal parts, not of the worst case of the tolerances," if nominal else ""
+    lines = paragraph(f"amplitudes (0-to-peak){parts}{said}, with and without the absorber:")
     return section("Motions and forces", [[*lines, *table(columns, rows)]], {}, shown)
 
 

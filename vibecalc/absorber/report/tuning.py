@@ -8,6 +8,7 @@ import numpy as np
 
 from vibecalc.absorber.asked_tables import excitation_and_response
 from vibecalc.absorber.report.motion import band_words, in_percent, tolerances
+from vibecalc.absorber.results import FrictionDamped
 from vibecalc.core.report.rows import Cells, Rows, evenly, part_of, rows_of
 from vibecalc.core.report.sections import (
     Part,
@@ -21,6 +22,7 @@ from vibecalc.core.report.sections import (
     together,
 )
 from vibecalc.core.report.writing import Column, height, hertz, number, paragraph, show, table
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
@@ -420,11 +422,6 @@ def _chart(record: Record) -> list[str]:
 # ----------------------------------------------------------------------------
 
 FRICTION = "friction_damper/"
-_FRICTION = (
-    *("mass_ratio", "friction_ratio", "friction_torque", "friction_force", "largest"),
-    *("largest_frequency_ratio", "largest_angle", "largest_displacement"),
-    *("best_friction_ratio", "best_largest"),
-)
 
 
 def friction_damper(result: Result) -> Section | None:
@@ -435,8 +432,9 @@ def friction_damper(result: Result) -> Section | None:
     given, best = (scalar_of(result.record, f"{FRICTION}{name}friction_ratio")
                    for name in ("", "best_"))  # fmt: skip
     # of a damper with the optimum friction that is said already
-    names = _FRICTION[: -2 if given == best else None]
-    lines, _ = scalars(result.record, (FRICTION + name for name in names), FRICTION)
+    skipped = f"{FRICTION}best_" if given == best else "-"
+    paths = (path for path in paths_of(FrictionDamped) if not path.startswith(skipped))
+    lines, _ = scalars(result.record, paths, FRICTION)
     return section("Friction damper", [lines], {}, shown)
 
 

@@ -63,9 +63,7 @@ def given_stiffness(
     excitation: str = "force", response: str = "displacement",
 ) -> RestrictedTuning:  # fmt: skip
     """Best z2 for a given k >= 0."""
-    transfer = _known(excitation, response)
-    z1, m, k = _checked(primary_damping, mass_ratio, stiffness_ratio)
-    return _along(z1, m, k, True, transfer, (excitation, response))
+    return _along(primary_damping, mass_ratio, stiffness_ratio, True, (excitation, response))
 
 
 def given_damping(
@@ -73,34 +71,26 @@ def given_damping(
     excitation: str = "force", response: str = "displacement",
 ) -> RestrictedTuning:  # fmt: skip
     """Best k for a given z2 >= 0."""
-    transfer = _known(excitation, response)
-    z1, m, z2 = _checked(primary_damping, mass_ratio, secondary_damping)
-    return _along(z1, m, z2, False, transfer, (excitation, response))
+    return _along(primary_damping, mass_ratio, secondary_damping, False, (excitation, response))
 
 
-def _known(excitation: str, response: str) -> Transfer:
-    transfer = transfer_of(excitation, response)
+def _along(
+    primary_damping: ArrayLike, mass_ratio: ArrayLike, ratio: ArrayLike, damping_free: bool,
+    asked: tuple[str, str],
+) -> RestrictedTuning:  # fmt: skip
+    """Halve the interval by the sign of the slope of the highest peak, then Newton's method."""
+    transfer = transfer_of(*asked)
     if transfer.motion not in ("primary", "ground"):
-        raise NumericalFailure(f"no tuning makes {response} least: it vanishes with the absorber")
-    return transfer
-
-
-def _checked(*ratios: ArrayLike) -> tuple[np.ndarray, ...]:
-    z1, m, given = np.broadcast_arrays(*(np.asarray(r, dtype=float) for r in ratios))
+        raise NumericalFailure(f"no tuning makes {asked[1]} least: it vanishes with the absorber")
+    z1, m, given = np.broadcast_arrays(
+        *(np.asarray(one, dtype=float) for one in (primary_damping, mass_ratio, ratio))
+    )
     if not np.all((m > 0.0) & np.isfinite(m) & (z1 >= 0.0) & np.isfinite(z1)):
         raise NumericalFailure("a tuning needs 0 < mass ratio < infinity and 0 <= primary damping")
     if not np.all((given >= 0.0) & np.isfinite(given)):
         raise NumericalFailure("the given ratio must be zero or above, and finite")
-    return np.array(z1), np.array(m), np.array(given)
-
-
-def _along(
-    z1: np.ndarray, m: np.ndarray, given: np.ndarray, damping_free: bool, transfer: Transfer,
-    asked: tuple[str, str],
-) -> RestrictedTuning:  # fmt: skip
-    """Halve the interval by the sign of the slope of the highest peak, then Newton's method."""
     shape = m.shape
-    z1, m, given = (a.reshape(-1) for a in (z1, m, given))
+    z1, m, given = (np.array(one).reshape(-1) for one in (z1, m, given))
     count = len(m)
 
     def top(logs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -283,10 +273,9 @@ class StockChoice(NamedTuple):
 
 
 def stock_choice(
-    primary_damping: float, mass_ratio: float, stiffness_ratios: ArrayLike, dampings: ArrayLike,
-    free_peak: float, excitation: str = "force", response: str = "displacement", *,
-    stiffness: tuple[float, float] = (0.0, np.inf), damping: tuple[float, float] = (0.0, np.inf),
-    travel: float = np.inf, read: Read | None = None,
+    stiffness_ratios: np.ndarray, dampings: np.ndarray, free_peak: float, read: Read,
+    response: str = "displacement", *, stiffness: tuple[float, float] = (0.0, np.inf),
+    damping: tuple[float, float] = (0.0, np.inf), travel: float = np.inf,
 ) -> StockChoice:  # fmt: skip
     """Compare all pairs of stock springs k (s,) and oils z2 (o,) by the largest |H|.
 
@@ -296,19 +285,12 @@ def stock_choice(
     the peak of the free optimum. Raises NumericalFailure where no pair has a finite peak within
     the limit of travel.
     """
-    k = np.asarray(stiffness_ratios, dtype=float)
-    z = np.broadcast_to(np.asarray(dampings, dtype=float), (len(k), np.shape(dampings)[-1]))
-    if read is None:
-        absorber = Absorber(primary_damping, mass_ratio, k[:, None], z)
-        tops = peaks(absorber, excitation, response)
-        largest, slack = tops.largest, tops.largest_error
-        moved = peaks(absorber, excitation, "relative_displacement").largest
-    else:
-        largest, slack = read(k[:, None], z, response)
-        moved = read(k[:, None], z, "travel")[0]
+    k, z = np.broadcast_arrays(stiffness_ratios[:, None], dampings)
+    largest, slack = read(k, z, response)
+    moved = read(k, z, "travel")[0]
     held = [
         (ratio >= low * (1.0 - _WITHIN)) & (ratio <= high * (1.0 + _WITHIN))
-        for ratio, (low, high) in ((k[:, None], stiffness), (z, damping))
+        for ratio, (low, high) in ((k, stiffness), (z, damping))
     ]
     inside = (moved <= travel * (1.0 + _WITHIN)) & np.isfinite(largest)
     allowed = inside & held[0] & held[1]

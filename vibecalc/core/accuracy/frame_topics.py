@@ -2,7 +2,6 @@
 
 import time
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,16 +15,14 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.run import LONGEST
 from vibecalc.core.accuracy.topic import Answer, Ask, Reference, Solver, Topic
+from vibecalc.core.case.load import LoadedCase
+from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import Binding
 from vibecalc.core.study.find import Along
 from vibecalc.core.study.search.minimise import minimise
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-
-if TYPE_CHECKING:
-    from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.results.record import Quantity, Record
 
 #: [accuracy] rtol of the series, and what these are held against
 TOLERANCES = (1e-3, 1e-6, 1e-9)
@@ -36,7 +33,7 @@ _EVALUATIONS = 50
 _OF_THE_TOLERANCE = frozenset({"kinematics/dropped_acceleration"})
 
 
-def whole_case_topics(loaded: "LoadedCase") -> list[Topic]:
+def whole_case_topics(loaded: LoadedCase) -> list[Topic]:
     """What a run gives, and what it says of itself, at each tolerance.
 
     All scalar results are one vector, each over its value in the finest run. Left out are counts,
@@ -44,7 +41,7 @@ def whole_case_topics(loaded: "LoadedCase") -> list[Topic]:
     """
     case, own = loaded.case, loaded.case.accuracy.rtol
 
-    def run(rtol: float) -> "Record":
+    def run(rtol: float) -> Record:
         accuracy = case.accuracy.model_copy(update={"rtol": rtol})
         return run_case(case.model_copy(update={"accuracy": accuracy}))
 
@@ -53,7 +50,7 @@ def whole_case_topics(loaded: "LoadedCase") -> list[Topic]:
     if not truth:
         return []
 
-    def worst(record: "Record") -> float:
+    def worst(record: Record) -> float:
         shares = (record[path].error_estimate / truth[path] for path in truth if path in record)
         return max(shares, default=np.inf)
 
@@ -79,7 +76,7 @@ def whole_case_topics(loaded: "LoadedCase") -> list[Topic]:
     ]
 
 
-def _is_reported(quantity: "Quantity") -> bool:
+def _is_reported(quantity: Quantity) -> bool:
     values = quantity.values
     if quantity.path in _OF_THE_TOLERANCE or quantity.standard_error is not None:
         return False
@@ -88,7 +85,7 @@ def _is_reported(quantity: "Quantity") -> bool:
     return bool(quantity.error_estimate < np.abs(values) < np.inf)
 
 
-def find_topics(loaded: "LoadedCase") -> list[Topic]:
+def find_topics(loaded: LoadedCase) -> list[Topic]:
     """The first search of the case for a wanted value; none where all seek extremes."""
     searches = [search for search in loaded.case.find if search.sense is None]
     if not searches:
@@ -141,7 +138,7 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
     return [Topic(of_kind("optimum", ask), "evaluations of the case", reference, solvers)]
 
 
-def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
+def optimisation_topics(loaded: LoadedCase) -> list[Topic]:
     """The optimum of a case with [optimisation], within some evaluations."""
     study = loaded.case.optimisation
     if study is None:

@@ -6,11 +6,12 @@ import re
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from vibecalc.core.accuracy.environment import machine, versions
 from vibecalc.core.accuracy.record import as_record, measured_text, plan_rows
 from vibecalc.core.accuracy.topic import Measured, Topic, measure
+from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.results.layout import MEASURED
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Result
@@ -19,10 +20,7 @@ from vibecalc.core.run.run import run_scene
 from vibecalc.core.study.execute import as_result
 from vibecalc.core.study.variables import counted
 from vibecalc.errors import NumericalFailure, UsageError
-
-if TYPE_CHECKING:
-    from vibecalc.core.case.load import LoadedCase
-    from vibecalc.schema import Case
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # The topics of a case: those of every stage that it has, of its studies, and of its tolerance.
@@ -51,7 +49,7 @@ class Collected(NamedTuple):
     seconds: float
 
 
-def stages_of(case: "Case") -> tuple[str, ...]:
+def stages_of(case: Case) -> tuple[str, ...]:
     """What can be measured of `case`: its stages, its studies, and the whole of it."""
     asked = {"optimisation": case.optimisation is not None, "find": bool(case.find)}
     stages = [stage.name for stage in plan_case(case)]
@@ -70,7 +68,7 @@ def chosen(names: Sequence[str], asked: Sequence[str], missing: str, has: str) -
     return tuple(name for name in names if not asked or _key(name) in wanted)
 
 
-def collect(loaded: "LoadedCase", stages: Sequence[str]) -> Collected:
+def collect(loaded: LoadedCase, stages: Sequence[str]) -> Collected:
     """Run the case as written and ask every stage for its topics.
 
     A case with an optimisation is measured as written, at the start of the search. Raises
@@ -119,7 +117,7 @@ def check_installed() -> None:
 
 
 def measure_case(
-    loaded: "LoadedCase",
+    loaded: LoadedCase,
     stages: Sequence[str] = (),
     topics: Sequence[str] = (),
     *,

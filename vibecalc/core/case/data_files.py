@@ -28,10 +28,10 @@ from vibecalc.core.case.csv_files import (
     with_point,
 )
 from vibecalc.core.case.fields import Table
-from vibecalc.core.case.raw import Data, listed, nearest, table_at, tables_at
+from vibecalc.core.case.raw import Data, get_key, listed, nearest, table_at, tables_at
 from vibecalc.core.case.row_files import LISTS, key_of, rows_of
 from vibecalc.core.results.named import named
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, leaves
 
 #: a text that may be meant as the name of a file
 _FILE_NAME = re.compile(r"[^\n]*\.(csv|tsv|txt|dat|xlsx?|ods)\Z", re.IGNORECASE)
@@ -66,8 +66,10 @@ def _problem(path: KeyPath, name: str, error: Unreadable, folder: Path) -> Probl
 
 def _names(data: Data) -> Iterator[tuple[KeyPath, Any, Callable[[Any, Path], None]]]:
     """Places of the names of files, with the table that holds each and what fills that."""
-    for path, holder in _named_tables(data, ()):
-        yield path, holder, partial(_attach_table, path=path)
+    texts = [(path, text) for path, text in leaves(data) if isinstance(text, str)]
+    for path, text in texts:  # where the schema has a table of columns
+        if _FILE_NAME.match(text) and (path in LISTS or _columns_at(path)):
+            yield path, get_key(data, path[:-1]), partial(_attach_table, path=path)
     shafts = ("machine", "shaft_line", "shafts")
     for place, shaft in tables_at(data, *shafts):
         coupling = table_at(shaft, "coupling")
@@ -110,23 +112,6 @@ def _of_subjects(data: Data, folder: Path) -> list[Problem]:
 # ----------------------------------------------------------------------------
 # Tables of columns, and lists of tables.
 # ----------------------------------------------------------------------------
-
-
-def _named_tables(data: Any, above: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
-    """Places of texts where the schema has a table of columns, and what holds each."""
-    if not isinstance(data, dict | list):
-        return
-    entries = data.items() if isinstance(data, dict) else enumerate(data)
-    for key, value in list(entries):
-        path = (*above, key)
-        if isinstance(value, dict | list):
-            yield from _named_tables(value, path)
-        elif (
-            isinstance(value, str)
-            and _FILE_NAME.match(value)
-            and (path in LISTS or _columns_at(path))
-        ):
-            yield path, data
 
 
 def columns_of(table: type[Table]) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from vibecalc.errors import UsageError
 
 #: bytes at the end of a result file in which the lines are looked for
 _LONGEST = 1_000_000
+_VERSION = re.compile(r"^Version: *(\S+)", re.MULTILINE)
 
 #: hashes of the files next to a case that have been read, by their names
 _seen: ContextVar[dict[str, str] | None] = ContextVar("_seen", default=None)
@@ -67,10 +68,19 @@ def inputs(
 
 def versions() -> dict[str, str]:
     """Versions of all that numbers and files hang on, without importing it."""
-    from importlib.metadata import version
-
-    libraries = {name: version(name) for name in ("numpy", "scipy", "h5py")}
+    libraries = {name: _version(name) for name in ("numpy", "scipy", "h5py")}
     return {"vibecalc": __version__, "python": platform.python_version(), **libraries}
+
+
+def _version(name: str) -> str:
+    """The line of a package that says it; `importlib.metadata.version` parses all its words."""
+    from importlib.metadata import distribution
+
+    package = distribution(name)
+    said = package.read_text("METADATA") or package.read_text("PKG-INFO") or ""
+    found = _VERSION.search(said)
+    assert found is not None, f"{name} is installed without its version"
+    return found[1]
 
 
 def dependencies(target: Path, case: Path, line: str) -> str:

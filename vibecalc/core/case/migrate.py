@@ -3,14 +3,14 @@
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vibecalc.core.case.csv_files import Unreadable, read_text
 from vibecalc.core.case.load import parse_source, read_source
 from vibecalc.core.case.locate import Span, at_offset, refused, scan
 from vibecalc.core.case.raw import Data, table_at, tables_at
 from vibecalc.core.results.renamed import current_key, current_name, current_text
-from vibecalc.errors import KeyPath, Problem, dotted
+from vibecalc.errors import KeyPath, Problem, dotted, leaves
 
 #: in the line of names of a file: a unit in brackets, or a name
 _COLUMN = re.compile(r"\[[^\]]*\]|\([^)]*\)|([^\W\d][\w .-]*\w)")
@@ -65,7 +65,9 @@ def migrate(source: Path) -> Migrated:
     edits += [edit for edit in _texts(data, flat, spans) if edit not in edits]
     renamings = [_renaming(path.name, flat, edit) for edit in sorted(edits)]
     files: dict[str, str] = {}
-    for file, table in _tables_in_files(data):
+    for table, file in leaves(data):
+        if not isinstance(file, str) or not _FILE_NAME.match(file) or table[-1] == "source":
+            continue
         try:
             content = read_text(path.parent, file)
         except Unreadable:  # `check` says so
@@ -96,8 +98,9 @@ def _edited(text: str, edits: list[_Edit]) -> str:
 
 def _texts(data: Data, text: str, spans: dict[KeyPath, Span]) -> Iterator[_Edit]:
     """Texts of a case that are names: choices, keys, paths of results, axes."""
-    for path, value in _leaves(data, ()):
-        new, span = current_text(path, value), spans.get(path)
+    for path, value in leaves(data):
+        new = current_text(path, value) if isinstance(value, str) else value
+        span = spans.get(path)
         if new != value and span is not None:
             stands = text[span.value_start : span.value_stop]
             yield _Edit(span.value_start, span.value_stop, stands.replace(value, new))
@@ -109,22 +112,6 @@ def _texts(data: Data, text: str, spans: dict[KeyPath, Span]) -> Iterator[_Edit]
                 new = current_key(f"{table}.{key}").rpartition(".")[2]
                 if new != key and at in spans:
                     yield _Edit(spans[at].start, spans[at].stop, new)
-
-
-def _leaves(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
-    """Every text of a case with its place."""
-    if isinstance(value, str):
-        yield path, value
-    elif isinstance(value, dict | list):
-        for key, entry in value.items() if isinstance(value, dict) else enumerate(value):
-            yield from _leaves(entry, (*path, key))
-
-
-def _tables_in_files(data: Data) -> Iterator[tuple[str, KeyPath]]:
-    """Names of files that stand for tables, with the place of each."""
-    for path, value in _leaves(data, ()):
-        if _FILE_NAME.match(value) and path[-1] != "source":
-            yield value, path
 
 
 def _columns(text: str, table: KeyPath) -> list[_Edit]:

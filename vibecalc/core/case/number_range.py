@@ -1,10 +1,12 @@
 """Numbers so large or small that products of them leave the range of double precision."""
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
+from operator import attrgetter
 from typing import Any
 
 from vibecalc.core.case.fields import Table
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, dotted, leaves
 from vibecalc.schema import Case
 
 LARGEST = 1e20
@@ -57,29 +59,19 @@ def present(case: Case) -> list[KeyPath]:
 
 
 def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
-    if isinstance(value, Table):
-        yield from _numbers(value.model_dump(by_alias=True, exclude_none=True), path)
-    elif isinstance(value, dict):
-        for key, entry in value.items():
-            yield from _numbers(entry, (*path, key))
-    elif isinstance(value, list | tuple):
-        for index, entry in enumerate(value):
-            yield from _numbers(entry, (*path, index))
-    elif isinstance(value, float):
-        yield path, value
-
-
-def _at(part: Any, place: KeyPath) -> Any:
-    for name in place:
-        part = getattr(part, str(name))
-    return part
+    for place, one in leaves(value, path):
+        if isinstance(one, Table):
+            yield from _numbers(one.model_dump(by_alias=True, exclude_none=True), place)
+        elif isinstance(one, float):
+            yield place, one
 
 
 def range_problems(case: Case, places: Sequence[KeyPath] | None = None) -> list[Problem]:
     """One problem for each number at some places of a case (None: at all) that is out of range."""
     problems = []
     places = present(case) if places is None else places
-    for path, value in (entry for place in places for entry in _numbers(_at(case, place), place)):
+    parts = (_numbers(attrgetter(dotted(place))(case), place) for place in places)
+    for path, value in chain.from_iterable(parts):
         key = next(str(part) for part in reversed(path) if isinstance(part, str))
         words = _TOO_LARGE_ANGLE if key in ANGLES else _TOO_LARGE
         if abs(value) <= (LARGEST_ANGLE if key in ANGLES else LARGEST):

@@ -9,7 +9,7 @@ import functools
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 from typing import Any
 
 from vibecalc.core.case.fields import Table
@@ -26,7 +26,7 @@ from vibecalc.core.case.raw import (
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
 from vibecalc.core.results.named import named
 from vibecalc.core.results.visible import hidden, spelled
-from vibecalc.errors import KeyPath, Problem, dotted
+from vibecalc.errors import KeyPath, Problem, dotted, leaves
 
 # ----------------------------------------------------------------------------
 # A table as written, and the walk that holds every table of a case to its rules.
@@ -151,22 +151,20 @@ def row_at(case: Data, *path: str) -> Row | None:
 
 def cross_check(case: Data) -> list[Problem]:
     """Return all problems between keys of a case; never raises on nonsense."""
-    return [*_walk(Row(case, (), case, named("vibecalc.schema:Case"))), *_unseen(case, ())]
+    return [*_walk(Row(case, (), case, named("vibecalc.schema:Case"))), *_unseen(case)]
 
 
-def _unseen(value: Any, path: KeyPath) -> Iterator[Problem]:
+def _unseen(case: Data) -> Iterator[Problem]:
     """Texts with characters that nobody sees, or that move what others see."""
-    if isinstance(value, dict | list):
-        for key, below in value.items() if isinstance(value, dict) else enumerate(value):
-            yield from _unseen(below, (*path, key))
-    elif isinstance(value, str) and (character := hidden(value)):
-        name = unicodedata.name(character, "a control character").lower()
-        yield Problem(
-            path=path,
-            message=f"{path[-1]} has an unprintable character",
-            found=f"{spelled(character)}, {name}",
-            allowed="printable characters, spaces, tabs and new lines",
-        )
+    for path, value in leaves(case):
+        if isinstance(value, str) and (character := hidden(value)):
+            name = unicodedata.name(character, "a control character").lower()
+            yield Problem(
+                path=path,
+                message=f"{path[-1]} has an unprintable character",
+                found=f"{spelled(character)}, {name}",
+                allowed="printable characters, spaces, tabs and new lines",
+            )
 
 
 def _walk(row: Row) -> Iterator[Problem]:
@@ -242,12 +240,17 @@ class OneOf:
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
+        against: dict[str, list[str]] = {}
+        for first, second in combinations(self.alternatives, 2):
+            for pair in product(first, second):
+                one, other = sorted(pair, key=lambda key: _default(model, key) is not None)
+                if not _default(model, one) and not _default(model, other):
+                    against.setdefault(one, []).append(other)
         schemas = [
-            {"if": _says(model, one), "then": _silent(model, other)}
-            for first, second in combinations(self.alternatives, 2)
-            for one in first
-            for other in second
-            if not _default(model, one) and not _default(model, other)
+            {"not": {"required": [one, *others]}}
+            if len(others) == 1 and _default(model, others[0]) is None
+            else {"if": _says(model, one), "then": _silent(model, *others)}
+            for one, others in against.items()
         ]
         every = [{"required": [key]} for alternative in self.alternatives for key in alternative]
         return [*schemas, {"anyOf": every}] if self.needed is True else schemas

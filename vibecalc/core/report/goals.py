@@ -3,16 +3,24 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.case.raw import parse_key
+from vibecalc.core.case.raw import get_key
 from vibecalc.core.report.sections import having, read_as, scalar_of, table_of
 from vibecalc.core.report.writing import show_in
-from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
+from vibecalc.core.results.record import (
+    AT_START,
+    FRONT_NAMES,
+    Estimate,
+    Quantity,
+    Record,
+    Result,
+)
 from vibecalc.core.results.select import Side, worst
-from vibecalc.errors import ResultError
+from vibecalc.errors import ResultError, UsageError
 from vibecalc.units import convert, parse_quantity, si_value, split_number
 
 PREFIX = "optimisation/"
@@ -24,13 +32,9 @@ FITTED = "fit/value/"
 
 def written_at(case: Mapping[str, Any], key: str) -> Any:
     """What a case has at a key, `machine.mounts[0].stiffness`; None if nothing."""
-    part: Any = case
-    for step in parse_key(key):
-        try:
-            part = part[step]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return part
+    with suppress(UsageError):
+        return get_key(case, key)
+    return None
 
 
 #: words that more than one table has, and the tables that say whose they are
@@ -206,9 +210,6 @@ def _same(value: Any, written: Any) -> bool:
 # Objectives, in the unit that people read.
 # ----------------------------------------------------------------------------
 
-#: objectives of a front, by what the results call them
-NAMES = ("objective", "second_objective", "third_objective", "fourth_objective", "fifth_objective")
-
 
 class Goal(NamedTuple):
     """An objective: its quantity, the entries that count, of which the worst does, name and unit.
@@ -269,9 +270,9 @@ def objective_of(result: Result, unit: str = "") -> Goal:
 def goals_of(result: Result) -> list[tuple[Goal, Quantity]]:
     """The objectives of a front and their values along it; none without a front."""
     study: Mapping[str, Any] = table_of(result.case, "optimisation")
-    given = [table_of(study, name) for name in NAMES[:2]]
+    given = [table_of(study, name) for name in FRONT_NAMES[:2]]
     given += list(study.get("further_objectives") or ())
-    found = [having(result.record, FRONT + name, "front_point") for name in NAMES[: len(given)]]
-    pairs = zip(given, found, strict=True)
+    found = [having(result.record, FRONT + name, "front_point") for name in FRONT_NAMES]
+    pairs = zip(given, found, strict=False)
     goals = [(goal_of(goal, one.unit), one) for goal, one in pairs if one is not None]
     return goals if len(goals) > 1 else []

@@ -366,20 +366,3 @@ def by_name(
         rows += [[name, *cells]] * any(found)
     heads = (one.head.replace("{turn}", turns_of(record, f"{root}/")) for one in columns)
     return table((title, *map(number, heads)), rows), paths
-
-
-def by_axis(
-    record: Record, axis: str, title: str, names: Sequence[tuple[str, ...]],
-    digits: int = DIGITS, blank: Sequence[str] = (),
-) -> list[str]:  # fmt: skip
-    """Lines of a table of the quantities `names` over `axis`; [] if there are none.
-
-    Each is a path, words, and the unit to show it in where that is not in the words. Equal rows are
-    one. Of the quantities `blank` an infinite entry is none, shown as "-".
-    """
-    columns = []
-    for path, words, *unit in names:
-        head = " ".join([words, *unit]).replace("\n ", "\n")
-        columns.append(Cells(path, head, unit[0] if unit else "", blank=path in blank))
-    of = Rows(axis, title, columns, digits=digits, merge=True)
-    return rows_of(record, of)[0]

@@ -261,7 +261,10 @@ def grouped(quantities: Sequence[Quantity], prefix: str = "") -> list[str]:
             vectors.setdefault((axis.name, *labels(axis)), []).append(quantity)
     blocks = [table(SCALARS, scalars)]
     for (name, *entries), members in vectors.items():
-        told, unit, entries = _named_entries(members[0].axes[0], name, entries)
+        (axis,), told = members[0].axes, name.rpartition(".")[2].replace("_", " ")
+        unit = read_as(told, axis.unit)[1]
+        if unit != axis.unit:
+            entries = [show(value * convert(1.0, axis.unit, unit)) for value in axis.values]
         heads, columns = [f"{told} {unit}".rstrip()], [entries]
         for one in members:
             text = written(one, read_as(one.path, one.unit)[1])
@@ -269,16 +272,6 @@ def grouped(quantities: Sequence[Quantity], prefix: str = "") -> list[str]:
             columns.append([text(value) for value in magnitudes(one)])
         blocks.append(table(heads, zip(*columns, strict=True)))
     return stacked(*blocks)
-
-
-def _named_entries(axis: Axis, name: str, entries: list[str]) -> tuple[str, str, list[str]]:
-    """An axis in words, its unit that people read, and its entries in that."""
-    told = name.rpartition(".")[2].replace("_", " ")
-    turns = axis.unit == "rad/s" and told.endswith("speed")
-    unit = "rpm" if turns else READ.get(axis.unit, axis.unit)
-    if unit != axis.unit:
-        entries = [show(value * convert(1.0, axis.unit, unit)) for value in axis.values]
-    return told, unit, entries
 
 
 # ----------------------------------------------------------------------------

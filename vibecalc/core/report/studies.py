@@ -10,7 +10,6 @@ import numpy as np
 
 from vibecalc.core.report.goals import (
     FRONT,
-    NAMES,
     PICKED,
     PREFIX,
     SIDES,
@@ -41,7 +40,7 @@ from vibecalc.core.report.sections import (
     written,
 )
 from vibecalc.core.report.writing import many, number, paragraph, show, show_in, show_percent, table
-from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
+from vibecalc.core.results.record import AT_START, FRONT_NAMES, Estimate, Quantity, Record, Result
 from vibecalc.core.results.select import worst
 from vibecalc.core.results.verdicts import entries, name_of
 from vibecalc.errors import ResultError
@@ -253,9 +252,9 @@ def _front(result: Result) -> list[str]:
     goals, record, units = goals_of(result), result.record, bound_units(result.case)
     if not goals:
         return []
-    titles = [name.removesuffix("_objective") for name in NAMES[: len(goals)]]
-    columns = [Cells(name, f"{title} {{unit}}", goal.unit)
-               for (goal, _), name, title in zip(goals, NAMES, titles, strict=False)]  # fmt: skip
+    titles = [name.removesuffix("_objective") for name in FRONT_NAMES[: len(goals)]]
+    named = zip(goals, FRONT_NAMES, titles, strict=False)
+    columns = [Cells(name, f"{title} {{unit}}", goal.unit) for (goal, _), name, title in named]
 
     def picks(choice: str) -> How:
         return lambda value, _: label_of(result.case, PICKED + choice, float(value))

@@ -10,7 +10,6 @@ import numpy as np
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, canvas, note, panels_of, unit_words
 from vibecalc.core.report.goals import (
     FRONT,
-    NAMES,
     PREFIX,
     Goal,
     Variable,
@@ -22,7 +21,7 @@ from vibecalc.core.report.goals import (
 from vibecalc.core.report.sections import having, labels, scalar_of
 from vibecalc.core.report.studies import sigmas_of
 from vibecalc.core.report.writing import fold, show
-from vibecalc.core.results.record import AT_START, Quantity, Result
+from vibecalc.core.results.record import AT_START, FRONT_NAMES, Quantity, Result
 from vibecalc.core.results.verdicts import name_of, verdicts_of
 from vibecalc.units import convert
 
@@ -127,7 +126,7 @@ def draw_front(result: Result) -> "Figure | None":
     figure = canvas(result, f"front between {count} objectives", 5.4 if across == 1 else high)
     for panel, pair in zip(panels_of(figure, len(pairs), across), pairs, strict=True):
         _draw_pair(result, panel, [goals[one] for one in pair], len(pairs) == 1)
-        if [NAMES[one] for one in pair] == list(NAMES[:2]):
+        if [FRONT_NAMES[one] for one in pair] == list(FRONT_NAMES[:2]):
             panel.legend(loc="best")
     return figure
 

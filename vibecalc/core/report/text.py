@@ -57,19 +57,7 @@ OF_STUDIES = (
 
 
 #: keys of `[document]` that are lines of a title block, with their names
-LINES = {
-    key: {"number": "document"}.get(key, key)
-    for key in (
-        "project",
-        "customer",
-        "number",
-        "revision",
-        "date",
-        "author",
-        "checked",
-        "approved",
-    )
-}
+LINES = ("project", "customer", "number", "revision", "date", "author", "checked", "approved")
 
 
 def sections_of(record: Record) -> list[str]:
@@ -165,7 +153,8 @@ def identity(result: Result, full: bool = True) -> list[tuple[str, str]]:
     In brief the number of the document with its revision only.
     """
     document = table_of(result.case, "document")
-    told = {name: str(document.get(key) or "") for key, name in LINES.items()}
+    told = {key: str(document.get(key) or "") for key in LINES}
+    told = {"document" if key == "number" else key: words for key, words in told.items()}
     if not full:
         number, revision = told["document"], told["revision"]
         told = {"document": f"{number}, revision {revision}" if number and revision else number}

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
@@ -49,10 +49,10 @@ from vibecalc.errors import (
     EXIT_DIFFERS,
     EXIT_FINE,
     EXIT_USAGE,
-    KeyPath,
     ResultError,
     UsageError,
     dotted,
+    leaves,
 )
 
 _PLAIN = {"value": by_value, "vector": by_vector}
@@ -356,15 +356,8 @@ def _changes(reference: Result, value: Result) -> tuple[Change, ...]:
     return tuple(changes)
 
 
-def _flat(content: object, path: KeyPath = ()) -> dict[str, str]:
-    """Key paths of a case and their values as text: `machine.mounts.positions[0][1]`."""
-    if not isinstance(content, Mapping | list | tuple):
-        return {dotted(path): repr(content)}
-    pairs = content.items() if isinstance(content, Mapping) else enumerate(content)
-    flat: dict[str, str] = {}
-    for name, item in pairs:
-        flat |= _flat(item, (*path, name))
-    return flat
+def _flat(content: object) -> dict[str, str]:
+    return {dotted(path): repr(value) for path, value in leaves(content)}
 
 
 # ----------------------------------------------------------------------------

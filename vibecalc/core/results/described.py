@@ -91,7 +91,7 @@ def entries_of(*groups: type[Group]) -> Iterator[Entry]:
     for group in groups:
         names = paths_of(group)
         for path, one in zip(names, group.KNOWN.values(), strict=True):
-            known: Entry = _filled(one, group.WORDS)
+            known: Entry = _filled(one, group.WORDS) if group.WORDS else one
             if known.headline and f"{path}_speed" in names:
                 known = known._replace(headline=known.headline._replace(at=f"{path}_speed"))
             yield known._replace(path=path)

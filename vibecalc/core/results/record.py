@@ -25,6 +25,8 @@ PEAK = "0-pk"
 RMS = "rms"
 #: results of a case as written, where a search has changed it
 AT_START = "optimisation/start/"
+#: objectives of a front, in their order
+FRONT_NAMES = ("objective", *map("{}_objective".format, ("second", "third", "fourth", "fifth")))
 
 
 class Headline(NamedTuple):

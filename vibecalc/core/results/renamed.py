@@ -6,6 +6,7 @@ and axes of earlier result files are read under the names that they have now.
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 from vibecalc.errors import KeyPath
@@ -109,9 +110,6 @@ PATHS = {
     **{old: old.replace("use", "utilisation") for old in _USE},
     **{f"{folder}/use": f"{folder}/utilisation" for folder in _USED},
 }
-_IN_A_PATH = re.compile(
-    f"(?<![^/])(?:{'|'.join(sorted(map(re.escape, PATHS), key=len, reverse=True))})(?![^/])"
-)
 _REWRITES = "`vibecalc migrate CASE` rewrites the case"
 _NAME = re.compile(r"[A-Za-z_][\w-]*")
 _ONE_SEARCH = (
@@ -127,7 +125,14 @@ GONE: dict[KeyPath, str] = {
 
 def current_path(path: str) -> str:
     """The path under which a result is found now."""
-    return _IN_A_PATH.sub(lambda old: PATHS[old[0]], path)
+    return _in_a_path().sub(lambda old: PATHS[old[0]], path)
+
+
+@lru_cache(maxsize=1)
+def _in_a_path() -> re.Pattern[str]:
+    """What finds the parts that have another name now."""
+    parts = "|".join(sorted(map(re.escape, PATHS), key=len, reverse=True))
+    return re.compile(f"(?<![^/])(?:{parts})(?![^/])")
 
 
 def current_axis(name: str) -> str:

@@ -81,6 +81,9 @@ class _Writer:
         self.text_dtype = h5py.string_dtype()
         self.text_in_file = h5t.py_create(self.text_dtype, logical=True)
         self.text_in_memory = h5t.py_create(self.text_dtype)
+        self.number_types = {
+            name: h5t.py_create(np.dtype(name), logical=True) for name in set(_STORED.values())
+        }
         self.contiguous = h5p.create(h5p.DATASET_CREATE)
         self.contiguous.set_obj_track_times(False)
         self.compact = h5p.create(h5p.DATASET_CREATE)
@@ -200,15 +203,13 @@ class _Writer:
 
     def typed(self, values: np.ndarray) -> tuple[np.ndarray, Any, Any]:
         """Values as they are stored, with their type in the file and in memory."""
-        from h5py import h5t
-
         if _is_text(values):
             texts = [_plain(str(text)) for text in values.ravel()]
             stored = np.array(texts, dtype=self.text_dtype).reshape(values.shape)
             return stored, self.text_in_file, self.text_in_memory
-        stored = np.array(values, dtype=_STORED[values.dtype.kind], order="C")
-        kind = h5t.py_create(stored.dtype, logical=True)
-        return stored, kind, kind
+        name = _STORED[values.dtype.kind]
+        kind = self.number_types[name]
+        return np.array(values, dtype=name, order="C"), kind, kind
 
     def attributes(self, place: Any, given: Mapping[str, Any]) -> None:
         """Attributes by their names."""

@@ -247,7 +247,28 @@ def _json_table(place: Any, path: Path, name: str) -> dict[str, Any]:
 # ----------------------------------------------------------------------------
 
 
-class SweepResult:
+class Swept:
+    """What an open file of a sweep and the view of one have alike."""
+
+    head: SweepHead
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of points along each axis."""
+        return self.head.shape
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return math.prod(self.shape)
+
+    @property
+    def case(self) -> Mapping[str, Any]:
+        """The case of the sweep in SI, with its limits and references."""
+        return self.head.result.case
+
+
+class SweepResult(Swept):
     """An open file of a sweep; close it, or use it in a `with`.
 
     `head` has case, axes and design; `quantities` what was stacked, without values and with its own
@@ -267,21 +288,6 @@ class SweepResult:
         for name in (STATUS, *names, *(f"{ERRORS}/{name}" for name in names)):
             if file[name].shape[:over] != self.shape:
                 raise ResultError(f"{path} is damaged: {name} does not fit the axes of the sweep")
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of points along each axis."""
-        return self.head.shape
-
-    @property
-    def count(self) -> int:
-        """Number of points."""
-        return math.prod(self.shape)
-
-    @property
-    def case(self) -> Mapping[str, Any]:
-        """The case of the sweep in SI, with its limits and references."""
-        return self.head.result.case
 
     def read(self, name: str, first: int = 0, last: int | None = None) -> np.ndarray:
         """A dataset over the points, of all or of some; NaN at points without it.

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,9 +16,7 @@ from vibecalc.errors import KeyPath, NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import BoolArray, FloatArray
 from vibecalc.parts.machine import build_machine
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Case
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Numbers of a case that differ from point to point, as arrays over the points.
@@ -28,7 +26,7 @@ if TYPE_CHECKING:
 Varied = Mapping[KeyPath, np.ndarray]
 
 
-def case_at_points(case: "Case", varied: Varied) -> "Case":
+def case_at_points(case: Case, varied: Varied) -> Case:
     """The case with arrays in place of some numbers, which nothing validates.
 
     What reads it may do arithmetic with them, and broadcast; what is not varied is as it was.
@@ -70,13 +68,13 @@ for _name in (
     setattr(Untouchable, f"__{_name}__", _refuse)
 
 
-def case_untouchable(case: "Case", keys: Collection[KeyPath]) -> "Case":
+def case_untouchable(case: Case, keys: Collection[KeyPath]) -> Case:
     """The case for `reads`: nothing can be done with the numbers at `keys`."""
     untouchable: Any = Untouchable()
     return case_at_points(case, dict.fromkeys(keys, untouchable))
 
 
-def reads(check: "Callable[[Case], Any]", case: "Case") -> bool:
+def reads(check: Callable[[Case], Any], case: Case) -> bool:
     """Whether a function reads a number of a case that is `Untouchable`.
 
     It goes the same way at all points where it reads none of those that vary.
@@ -166,7 +164,7 @@ class PointsScene(Scene):
 
 
 def run_points(
-    case: "Case",
+    case: Case,
     stages: tuple[Stage, ...],
     varied: Varied,
     count: int,

@@ -6,7 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -23,9 +23,7 @@ from vibecalc.core.run.reads import Reads, TracedEntries, traced, walked, writte
 from vibecalc.core.run.stage import Scene, Stage
 from vibecalc.errors import CaseError, NumericalFailure, Problem, dotted
 from vibecalc.parts.machine import PARTS, MachineParts, build_machine
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Case
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Stages that need not run again, because nothing they read has changed.
@@ -72,9 +70,9 @@ class StageCache:
     _stored: "OrderedDict[bytes, tuple[Any, int]]" = field(default_factory=OrderedDict)
     _read_sets: dict[Any, dict[bytes, Reads]] = field(default_factory=dict)
     _size: int = 0
-    _last: "tuple[Case, dict[int, Any]] | None" = None
+    _last: tuple[Case, dict[int, Any]] | None = None
 
-    def at(self, case: "Case", wanted: frozenset[str] | None) -> "CachedRun":
+    def at(self, case: Case, wanted: frozenset[str] | None) -> "CachedRun":
         """One run of `case` in which stages are looked up before they run."""
         if self._last is None or self._last[0] is not case:
             self._last = (case, {})
@@ -114,7 +112,7 @@ class CachedRun:
     def __init__(
         self,
         cache: StageCache,
-        case: "Case",
+        case: Case,
         wanted: frozenset[str] | None,
         known: dict[int, Any],
     ):
@@ -156,7 +154,7 @@ class CachedRun:
         for method in outcome.record.methods:
             scene.cite(method.name, method.purpose, method.citation)
 
-    def once(self, name: str, make: "Callable[[Case], Any]") -> Any:
+    def once(self, name: str, make: Callable[[Case], Any]) -> Any:
         """What `make` makes of the case, or has made of one that is the same to it."""
         key = self._find(name)
         if key is None:
@@ -184,7 +182,7 @@ class CachedRun:
     def _made(self, stage: Stage, scene: Scene, run_stage: RunStage, reads: Reads) -> Outcome:
         """Run a stage with a record of its own, so that what it leaves stands apart."""
 
-        def once(name: str, make: "Callable[[Case], Any]") -> Any:
+        def once(name: str, make: Callable[[Case], Any]) -> Any:
             reads.made.add(name)
             return self.once(name, make)
 
@@ -263,7 +261,7 @@ class _Parts:
 # ----------------------------------------------------------------------------
 
 
-def check_again(case: "Case", cache: StageCache) -> list[Problem]:
+def check_again(case: Case, cache: StageCache) -> list[Problem]:
     """`check_machine` with what `cache` knows of earlier cases."""
     now = cache.at(case, None)
     for place in present(case):
@@ -278,7 +276,7 @@ def check_again(case: "Case", cache: StageCache) -> list[Problem]:
 
 def checked_case(
     resolved: Mapping[str, Any], settings: Mapping[str, Any], cache: StageCache
-) -> "Case":
+) -> Case:
     """A case in SI with some keys set, checked again; CaseError if it is not a case."""
     case = validate(case_at(resolved, settings))
     problems = check_again(case, cache)
@@ -292,13 +290,13 @@ def checked_case(
 # ----------------------------------------------------------------------------
 
 
-def run_case(case: "Case", **options: Any) -> Record:
+def run_case(case: Case, **options: Any) -> Record:
     """Run the stages that `case` asks for and keep their results; see `run_scene`."""
     return run_scene(case, **options).record
 
 
 def run_scene(
-    case: "Case",
+    case: Case,
     *,
     timings: dict[str, float] | None = None,
     wanted: frozenset[str] | None = None,

@@ -323,7 +323,8 @@ class Foreseen:
     """
 
     def __init__(self) -> None:
-        self._known: OrderedDict[_Key, Found] = OrderedDict()
+        #: None of a point that needs a run of its own
+        self._known: OrderedDict[_Key, Found | None] = OrderedDict()
         self._cache = StageCache()
         #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
         self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
@@ -353,6 +354,7 @@ class Foreseen:
             values |= {key: np.concatenate([row[key] for row in rows]) for key in scatter.keys}
         varied = {parse_key(key): column for key, column in values.items()}
         parts, left = compute(known[0], varied, each * len(fresh), wanted, known[1], self._cache)
+        self._known |= dict.fromkeys(keys[fresh[place]] for place in (left // each).tolist())
         if scatter is not None:
             self._add_machines([keys[place] for place in fresh], parts, set(left // each), each)
             parts = []
@@ -379,6 +381,10 @@ class Foreseen:
                 own = [part.some(part.places // each == place) for part in parts]
                 mine = [one._replace(places=one.places % each) for one in own if len(one.places)]
                 self._known[key] = Machines(each, mine, [])
+
+    def takes(self, binding: Varied, wanted: frozenset[str]) -> bool:
+        """Whether arrays compute results `wanted` over what is set to numbers."""
+        return self._planned(binding, wanted) is not None
 
     def _planned(self, binding: Varied, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
         what = (binding.picked, wanted)

@@ -71,11 +71,6 @@ class Combined:
     further_runs: int = 0
 
     @property
-    def ranked(self) -> list[Examined]:
-        """Best first."""
-        return sorted(self.examined, key=lambda one: one.rank)
-
-    @property
     def best(self) -> Examined:
         """The best combination."""
         return min(self.examined, key=lambda one: one.rank)

@@ -5,23 +5,19 @@ import shlex
 import socket
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vibecalc import __version__
 from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_with_location
 from vibecalc.core.case.raw import Setting, read_number, table_at
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.record import Entry, Record, Result
 from vibecalc.core.results.steps import step
-from vibecalc.core.results.verdicts import judged
 from vibecalc.core.results.visible import visible
-from vibecalc.errors import CaseError, KeyPath, Problem, ResultError
-
-if TYPE_CHECKING:
-    from vibecalc.core.results.record import Entry
-    from vibecalc.schema import Case
+from vibecalc.errors import CaseError, Problem, ResultError, leaves
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # What physics and plan find wrong with a case whose form is still wrong.
@@ -56,18 +52,11 @@ def _quantities(data: dict[str, Any]) -> Iterator[Problem]:
     from vibecalc.core.run.targets import unknown_quantity
 
     for table in ("reference", "limit", "find", "optimisation", "sweep"):
-        for path, quantity in _named(data.get(table), (table,)):
+        for path, quantity in leaves(data.get(table), (table,)):
+            if path[-1] != "quantity" or not isinstance(quantity, str):
+                continue
             if quantity and quantity not in CATALOGUE and not quantity.startswith(_OF_STUDIES):
-                yield unknown_quantity(path, quantity, CATALOGUE)
-
-
-def _named(data: object, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
-    """Results that are named as the `quantity` of a table or of one below it, and where."""
-    if isinstance(data, dict) and isinstance(data.get("quantity"), str):
-        yield path, data["quantity"]
-    below: Iterable[tuple[Any, Any]] = data.items() if isinstance(data, dict) else ()
-    for key, value in enumerate(data) if isinstance(data, list) else below:
-        yield from _named(value, (*path, key))
+                yield unknown_quantity(path[:-1], quantity, CATALOGUE)
 
 
 # ----------------------------------------------------------------------------
@@ -117,7 +106,7 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
     return check_machine(case) + check_targets(case, extra) + problems
 
 
-def _has_study(case: "Case") -> bool:
+def _has_study(case: Case) -> bool:
     """Whether a case runs its stages many times."""
     return case.optimisation is not None or bool(case.find) or case.fit is not None
 
@@ -161,12 +150,14 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
     for name in sorted(STUDIES & timings.keys()):
         step(f"{name}: {timings[name]:.3f} s")
     result = as_result(loaded, record, timings)
+    from vibecalc.core.results.verdicts import judged
+
     with suppress(ResultError):  # which is said where the rows are read
         result = replace(result, verdicts=judged(result))
     return result
 
 
-def plan_texts(case: "Case") -> list[dict[str, str]]:
+def plan_texts(case: Case) -> list[dict[str, str]]:
     """What a run of `case` does and why, one row of short texts per stage."""
     from vibecalc.core.run.plan import plan_case
 

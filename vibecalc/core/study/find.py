@@ -2,14 +2,16 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
 import numpy as np
 
+from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.case.raw import get_key, number_at
-from vibecalc.core.case.study_tables import TiedKey, Variable
+from vibecalc.core.case.study_tables import Find, TiedKey, Variable
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.results.select import worst
@@ -24,13 +26,10 @@ from vibecalc.core.study.find_solutions import (
     roots,
 )
 from vibecalc.core.study.planned import FIND, MACHINE, find_entries, machine_paths
+from vibecalc.core.study.search.side_by_side import Ask, side_by_side
 from vibecalc.core.study.variables import counted
 from vibecalc.errors import NumericalFailure, ResultError
 from vibecalc.units import parse_quantity
-
-if TYPE_CHECKING:
-    from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.case.study_tables import Find
 
 # ----------------------------------------------------------------------------
 # A case along one of its keys; of all solutions the one to name, and what has to be said with it.
@@ -41,34 +40,78 @@ _SAME = 1e-8
 _REASONS = 3
 
 
+class Together(Varied):
+    """Searches of one case, by their numbers, whose points are computed at once where arrays can.
+
+    A point (2,) is the number of a search and its key; keys of the others are as the case has them.
+    """
+
+    def __init__(self, loaded: "LoadedCase", searches: "Mapping[int, Along]", cache: StageCache):
+        super().__init__(loaded, [one.moving for one in searches.values()], cache)
+        self.searches, self._foreseen = searches, Foreseen()
+        keys = [key for one in searches.values() for key in one.at.settings(one.at.first)]
+        self._others = {key: number_at(loaded.resolved, key, math.nan) for key in keys}
+        number, one = next(iter(searches.items()))
+        self.first = np.array([number, *one.at.first])
+        self.wanted = frozenset({one.search.quantity for one in searches.values()})
+
+    def settings(self, variables: np.ndarray) -> dict[str, Any]:
+        """Keys of the case and what they are set to."""
+        return self._others | self.searches[int(variables[0])].at.settings(variables[1:])
+
+    @property
+    def by_arrays(self) -> bool:
+        """Whether arrays can vary the keys of all of them."""
+        return self._foreseen.takes(self, self.wanted)
+
+    def ahead(self, points: Sequence[np.ndarray]) -> None:
+        """Compute points that are about to be asked for, those of other searches left out."""
+        own = [one for one in points if int(one[0]) in self.searches]
+        if own:
+            self._foreseen.add(self, np.array(own), self.wanted)
+
+    def find(self, point: np.ndarray) -> Record | None:
+        """The results at a point; None where it needs a run of its own."""
+        found = self._foreseen.find(self, point, self.wanted)
+        return found if isinstance(found, Record) else None
+
+
 class Along:
     """One [[find]] on its case: the result for a value of the key, in SI.
 
-    Keys of `scaled_with` keep their ratio to it. `written` is the value of the key in the case, nan
-    where it leaves the key out. `turn` is the whole turn in rad that the bounds of an angle hold,
-    whose ends are then one; else 0. `choose` finds `solutions`, of which the first is named, and
-    `notes`; `level` is what was wanted, None for an extreme. `count` is called with each
+    `together` are the searches that its points are computed with, `ask` says which are about to be
+    evaluated. Keys of `scaled_with` keep their ratio to it. `written` is the value of the key in
+    the case, nan where it leaves the key out. `turn` is the whole turn in rad that the bounds of an
+    angle hold, whose ends are then one; else 0. `choose` finds `solutions`, of which the first is
+    named, and `notes`; `level` is what was wanted, None for an extreme. `count` is called with each
     evaluation.
     """
 
     def __init__(
-        self, search: "Find", loaded: "LoadedCase", cache: StageCache, count: Callable[[str], None]
+        self,
+        search: Find,
+        loaded: LoadedCase,
+        cache: StageCache,
+        count: Callable[[str], None],
+        number: int = 0,
     ):
         self.search, self._count, resolved = search, count, loaded.resolved
         self.written = number_at(resolved, search.key, math.nan)
         ratios = {key: float(get_key(resolved, key)) / self.written for key in search.also}
         ties = [TiedKey.model_construct(key=key, factor=ratio) for key, ratio in ratios.items()]
-        moving = Variable.model_construct(
+        self.moving = Variable.model_construct(
             key=search.key, lower=search.lower, upper=search.upper, follow=tuple(ties)
         )
-        self.at = Varied(loaded, [moving], cache)
+        self.at = Varied(loaded, [self.moving], cache)
         self.lower, self.upper = float(self.at.lower[0]), float(self.at.upper[0])
         self._near, period = float(self.at.first[0]), float(self.at.period[0])
         whole = abs(self.upper - self.lower - period) <= 1e-9 * period and not search.also
         self.turn = period if whole else 0.0
         # around a turn and two steps on, so that what lies where its ends meet has neighbours
         step = self.turn / (search.points - 1)
-        self._foreseen, self._wanted = Foreseen(), frozenset({search.quantity})
+        self.number, self._wanted = number, frozenset({search.quantity})
+        self.together = Together(loaded, {number: self}, cache)
+        self.ask: Ask = self.together.ahead
         self.curve = SampledCurve(self.evaluate, self.lower, self.upper + 2.0 * step, self.ahead)
         self.level: Level | None = None
         self.solutions: list[Solution] = []
@@ -77,18 +120,18 @@ class Along:
     def evaluate(self, value: float) -> tuple[float, float]:
         """The result and its absolute error; NumericalFailure where there is none."""
         self._count("")
-        at = np.array([value])
-        record = self._foreseen.find(self.at, at, self._wanted)
-        if not isinstance(record, Record):
-            record = self.at.results(at, self._wanted)
+        self.ahead([value])
+        record = self.together.find(np.array([self.number, value]))
+        if record is None:
+            record = self.at.results(np.array([value]), self._wanted)
         try:
             return self.read(record)
         except ResultError as error:  # an order that this point does not keep, say
             raise NumericalFailure(str(error)) from error
 
     def ahead(self, values: list[float]) -> None:
-        """Compute the result at values that are about to be asked for at once, where arrays can."""
-        self._foreseen.add(self.at, np.array(values)[:, None], self._wanted)
+        """Say at which values the result is about to be asked for."""
+        self.ask([np.array([self.number, value]) for value in values])
 
     def read(self, record: Record) -> tuple[float, float]:
         """The result and its error from a run; of several entries the largest counts."""
@@ -220,7 +263,7 @@ class Along:
         return f"{value:.6g} {CATALOGUE[self.search.quantity].unit}".rstrip()
 
 
-def _sign(search: "Find") -> float:
+def _sign(search: Find) -> float:
     """1 where a minimum is sought, -1 for a maximum."""
     return 1.0 if search.sense == "min" else -1.0
 
@@ -245,7 +288,7 @@ _METHODS = [
 
 
 def add_solutions(
-    record: Record, loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False
+    record: Record, loaded: LoadedCase, *, timings: dict[str, float], progress: bool = False
 ) -> None:
     """Add `find/...` of all searches to the record of the case as written.
 
@@ -255,16 +298,20 @@ def add_solutions(
     """
     started = time.perf_counter()
     cache = StageCache()  # searches along different keys share the stages that these do not touch
-    chosen: list[Along] = []
-    failures: list[str] = []
     with counted("finding", progress) as advance:
-        for search in loaded.case.find:
-            along = Along(search, loaded, cache, advance)
-            try:
-                along.choose(along.read(record))
-                chosen.append(along)
-            except NumericalFailure as failure:
-                failures.append(f"find {search.name!r}: {failure}")
+        every = [
+            Along(search, loaded, cache, advance, number)
+            for number, search in enumerate(loaded.case.find)
+        ]
+        groups = _gathered(loaded, every, cache)
+
+        def ahead(points: Sequence[np.ndarray]) -> None:
+            for group in groups:
+                group.ahead(points)
+
+        said = side_by_side([partial(_chosen, along, record) for along in every], ahead)
+    chosen = [along for along, failure in zip(every, said, strict=True) if not failure]
+    failures = [failure for failure in said if failure]
     if not chosen:
         raise NumericalFailure("; ".join(failures))
     record.warnings += failures
@@ -280,6 +327,30 @@ def add_solutions(
     seeks = {along.search.sense is not None for along in chosen}
     record.methods += [_METHODS[seek] for seek in sorted(seeks)]
     timings[FIND] = time.perf_counter() - started
+
+
+def _chosen(along: Along, record: Record, ask: Ask) -> str:
+    """Search, side by side with others; why nothing was found, where that is so."""
+    along.ask = ask
+    try:
+        along.choose(along.read(record))
+    except NumericalFailure as failure:
+        return f"find {along.search.name!r}: {failure}"
+    return ""
+
+
+def _gathered(loaded: "LoadedCase", every: list[Along], cache: StageCache) -> list[Together]:
+    """Searches in groups that are computed together: those for the same result, along keys that
+    the case has, where arrays can vary all of these at once; each other one alone."""
+    by_result: dict[str, dict[int, Along]] = {}
+    for along in every:
+        if math.isfinite(along.written):
+            by_result.setdefault(along.search.quantity, {})[along.number] = along
+    for some in by_result.values():
+        if len(some) > 1 and (group := Together(loaded, some, cache)).by_arrays:
+            for along in some.values():
+                along.together = group
+    return list(dict.fromkeys(along.together for along in every))
 
 
 def _add_machine(record: Record, along: Along, wanted: frozenset[str]) -> None:

@@ -2,10 +2,11 @@
 
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.case.rules import both
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.results.select import scalar, select
@@ -19,9 +20,6 @@ from vibecalc.core.study.variables import counted
 from vibecalc.errors import NumericalFailure, ResultError
 from vibecalc.numerics.rounding import FloatArray
 
-if TYPE_CHECKING:
-    from vibecalc.core.case.load import LoadedCase
-
 # ----------------------------------------------------------------------------
 # Measured points as residuals of a case with some of its keys changed.
 # ----------------------------------------------------------------------------
@@ -30,7 +28,7 @@ if TYPE_CHECKING:
 class Residuals(Varied):
     """A case with some keys changed, held against its measured points (m,)."""
 
-    def __init__(self, loaded: "LoadedCase"):
+    def __init__(self, loaded: LoadedCase):
         assert loaded.case.fit is not None
         super().__init__(loaded, loaded.case.fit.moving)
         self.points = points = measured_points(loaded.case)
@@ -79,7 +77,7 @@ _METHOD = Method(
 )
 
 
-def fit(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False) -> Record:
+def fit(loaded: LoadedCase, *, timings: dict[str, float], progress: bool = False) -> Record:
     """The record of the fitted case with `fit/...` added.
 
     Uncertainties grow by the root of chi square over its degrees of freedom where chance makes chi
@@ -105,7 +103,7 @@ def fit(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = Fal
     return record
 
 
-def _add(record: Record, loaded: "LoadedCase", of: Residuals, found: LeastSquares) -> None:
+def _add(record: Record, loaded: LoadedCase, of: Residuals, found: LeastSquares) -> None:
     """Put the numbers into a record, under the entries of their paths."""
     scale = np.sqrt(np.diag(found.covariance))
     deviation, finite = scale * found.widths, np.isfinite(scale) & (scale > 0.0)

@@ -2,21 +2,17 @@
 
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.results.record import Method
-from vibecalc.core.study.binding import sign_of
+from vibecalc.core.results.record import FRONT_NAMES, Method
+from vibecalc.core.study.binding import Binding, sign_of
 from vibecalc.core.study.choices import MOST_RUNS, in_words
-from vibecalc.core.study.planned import FRONT_NAMES, FRONT_POINTS, front_runs
+from vibecalc.core.study.planned import FRONT_POINTS, front_runs
 from vibecalc.core.study.record import Numbers, Studied
 from vibecalc.core.study.search.fronts import FrontPoints, front, knee, undominated
 from vibecalc.core.study.search.problem import Infeasible
 from vibecalc.errors import NumericalFailure
-
-if TYPE_CHECKING:
-    from vibecalc.core.study.binding import Binding
 
 # ----------------------------------------------------------------------------
 # The front of one combination of what is picked, or of all.
@@ -29,7 +25,7 @@ def _fronts(
     """Fronts with what is picked there, and notes: all combinations, or the best of too many."""
     study, choices, rtol = out.study, out.binding.choices, out.binding.case.accuracy.rtol
 
-    def traced(binding: "Binding") -> FrontPoints:
+    def traced(binding: Binding) -> FrontPoints:
         problem = replace(binding.problem(study.goals), first=first)
         points = study.front_points or FRONT_POINTS
         return front(

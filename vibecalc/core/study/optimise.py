@@ -3,10 +3,10 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.balancing import balance, balances
@@ -25,11 +25,8 @@ from vibecalc.core.study.search.problem import Infeasible, Optimum
 from vibecalc.core.study.variables import counted
 from vibecalc.errors import NumericalFailure
 
-if TYPE_CHECKING:
-    from vibecalc.core.case.load import LoadedCase
 
-
-def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False) -> Record:
+def optimise(loaded: LoadedCase, *, timings: dict[str, float], progress: bool = False) -> Record:
     """Search from the case as written and from starts spread over the bounds.
 
     Returns the record of the optimum with `optimisation/...` added. Where no point keeps the

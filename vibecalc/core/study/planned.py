@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from vibecalc.core.case.load import resolve
 from vibecalc.core.case.raw import field_unit, number_at
 from vibecalc.core.results.catalogue import CATALOGUE
-from vibecalc.core.results.record import Entry
+from vibecalc.core.results.record import FRONT_NAMES, Entry
 from vibecalc.core.run.plan import needed_stages, planned_quantities
+from vibecalc.core.run.stage import Stage
 from vibecalc.core.study.balancing import balances
 from vibecalc.core.study.choices import (
     MOST_RUNS,
@@ -130,17 +131,11 @@ def describe_find(case: "Case") -> dict[str, str]:
 
 
 def _row(
-    stage: str, table: str, parts: Iterable[str], cost: str, quantities: Iterable[str]
+    name: str, table: str, parts: Iterable[str], cost: str, quantities: Iterable[str]
 ) -> dict[str, str]:
-    """A row of the plan."""
-    return {
-        "stage": stage,
-        "why": f"{table} is in the case",
-        "parts": ", ".join(dict.fromkeys(parts)),
-        "orders": "",
-        "cost": cost,
-        "quantities": ", ".join(quantities),
-    }
+    """A row of the plan, as a stage has one."""
+    why, known = f"{table} is in the case", tuple(dict.fromkeys(parts))
+    return Stage(name, "", why, known, "", cost, tuple(quantities)).as_texts()
 
 
 # ----------------------------------------------------------------------------
@@ -219,10 +214,6 @@ ROOT = "optimisation"
 FRONT_RUNS, _SOLVED = 100, 5
 #: points of a front that says nothing else
 FRONT_POINTS = 15
-#: objectives of a front, in their order
-FRONT_NAMES = tuple(
-    f"{number}objective" for number in ("", "second_", "third_", "fourth_", "fifth_")
-)
 
 #: `goal` has the unit and the kind of amplitude of the objective, `loss` the unit alone
 _OPTIMUM = """

@@ -111,7 +111,8 @@ def add_optimum(out: Studied, optimum: "Optimum") -> None:
 
 def add_combinations(out: Studied, combined: "Combined") -> None:
     """What was picked, and the combinations examined, best first."""
-    picked, ranked = combined.best.picked, combined.ranked[:MOST_KEPT]
+    picked = combined.best.picked
+    ranked = sorted(combined.examined, key=lambda one: one.rank)[:MOST_KEPT]
     ends = [one.optimum for one in ranked]
     off = max((end.objective_error for end in ends if end), default=0.0)
     objectives = [end.objective if end else np.inf for end in ends]

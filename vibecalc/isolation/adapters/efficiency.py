@@ -17,8 +17,8 @@ from vibecalc.isolation.efficiency import (
     peak,
     rms,
 )
-from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces, OfVector
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
+from vibecalc.isolation.results import ByDirection, OfCouples, OfForces, OfVector
 from vibecalc.numerics.bounded import Bounded, bounded, concatenate
 from vibecalc.numerics.rounding import ComplexArray
 from vibecalc.parts.body import COORDINATES, cross_matrix

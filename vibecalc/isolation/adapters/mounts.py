@@ -8,7 +8,7 @@ from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Orders
 from vibecalc.isolation.adapters.common import extremes
-from vibecalc.isolation.mount_results import OfMounts
+from vibecalc.isolation.results import OfMounts
 from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.numerics.bounded import Bounded, maximum, rounded
 from vibecalc.numerics.rounding import EPSILON

@@ -11,8 +11,7 @@ from vibecalc.excitation.adapter import Forcing, few_orders
 from vibecalc.isolation.adapters.body_run_up import RunUpRows, run_up_rows, sections
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.at_mounts import deflected
-from vibecalc.isolation.mount_results import OF_RUN_UP
-from vibecalc.isolation.results import LeverForce, Masked, RunUpMaxima, SupportForce
+from vibecalc.isolation.results import OF_RUN_UP, LeverForce, Masked, RunUpMaxima, SupportForce
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
 from vibecalc.isolation.run_up_maxima import Maxima, all_maxima
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of

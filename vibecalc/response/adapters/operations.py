@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -40,9 +40,7 @@ from vibecalc.response.operations import (
 from vibecalc.response.results import OperationsEnergy, OperationsKinetic, OperationsPotential
 from vibecalc.response.stage import names_of
 from vibecalc.response.tables import Balance, Operation
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Case
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Loads of several operations of a machine, with several balances of its crankshaft.
@@ -70,7 +68,7 @@ def operation_loads(
         for operation in operations
     ]
 
-    def residual(case: "Case") -> Bounded:
+    def residual(case: Case) -> Bounded:
         """What turns and is not balanced, which no weight of the case changes."""
         train = build_crank_train(case.machine.crank_train)
         running = [throws(moving(train, operation.working, idle)) for operation in operations]

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -45,9 +44,7 @@ from vibecalc.response.results import (
     PotentialEnergy,
 )
 from vibecalc.response.system import MountedBody, modes_on_mounts
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Case
+from vibecalc.schema import Case
 
 
 def mounted_body(scene: Scene) -> MountedBody:
@@ -56,7 +53,7 @@ def mounted_body(scene: Scene) -> MountedBody:
     return system
 
 
-def _build(case: "Case") -> MountedBody:
+def _build(case: Case) -> MountedBody:
     matrices, mounts = build_system(case), mounts_of(case)
     stretch = np.zeros(0) if mounts is None else displacement_at(mounts.position)
     shapes, spectral = modes_on_mounts(matrices, mounts, stretch)

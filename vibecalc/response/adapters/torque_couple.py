@@ -1,7 +1,7 @@
 """Torque of all cylinders of an engine at its speed, and the couple that it is for the body."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -14,12 +14,10 @@ from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import crank_geometry
 from vibecalc.parts.firing import is_separate, shakes_with_torque
+from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.response.stage import orders_of_reaction
 from vibecalc.response.torque_reaction import couple_on_body, line_transfer
-
-if TYPE_CHECKING:
-    from vibecalc.parts.geometry import CrankGeometry
-    from vibecalc.schema import Case
+from vibecalc.schema import Case
 
 Speed: TypeAlias = np.ndarray | float
 #: orders (m,) and crank speeds (...) to the couple on the body (..., m, c) for a unit torque
@@ -107,9 +105,7 @@ def _mixed(cards: Bounded, weights: np.ndarray) -> Bounded:
     return Bounded(value, np.tensordot(weights, size, axes=(-1, 0)))
 
 
-def _gas(
-    case: "Case", geometry: "CrankGeometry", count: int
-) -> tuple[np.ndarray, Bounded, Bounded]:
+def _gas(case: Case, geometry: CrankGeometry, count: int) -> tuple[np.ndarray, Bounded, Bounded]:
     """Speeds of the cards, gas torque of every cylinder and mean of all at each, as `TorqueLaw`."""
     speeds, groups = gas_of_cylinders(case)
     names, unit = case.machine.crank_train.cylinders, 2.0 / np.sqrt(np.pi)  # bore of 1 m^2

@@ -114,6 +114,10 @@ def follow(
     )
 
 
+#: parts of an interval in which the size reaches a level
+_PARTS = 64
+
+
 def _settled(
     followed: Followed, loads: ModalLoads, peaks: Bounded, final: Bounded, tolerance: float
 ) -> tuple[Bounded, np.ndarray]:
@@ -134,14 +138,14 @@ def _settled(
     deviation = followed.state[first] - at
     off = followed.error + steady.error
 
-    def size(time: float) -> float:
+    def size(time: np.ndarray | float) -> np.ndarray:
         moved = free_motion(system, np.asarray(time), deviation)
-        return float(np.linalg.norm(modal_size(system, moved)))
+        return np.asarray(np.linalg.norm(modal_size(system, moved), axis=-1))
 
     whole = peaks if final.value[ENERGY] == 0.0 else final
     reference = float(np.sqrt(2.0 * whole.value[ENERGY]))
     threshold = tolerance * reference
-    uncertainty = float(np.linalg.norm(off)) + 4.0 * EPSILON * size(0.0)
+    uncertainty = float(np.linalg.norm(off)) + 4.0 * EPSILON * float(size(0.0))
     uncertainty += tolerance * float(whole.error[ENERGY]) / reference if reference else 0.0
     left = modal_size(system, free_motion(system, course.time[-1] - course.time[-2], deviation))
     if size(0.0) <= threshold:
@@ -157,16 +161,23 @@ def _settled(
     return Bounded(np.asarray(after), error), left + off
 
 
-def _first_below(size: Callable[[float], float], level: float) -> float:
-    """The time at which a falling size reaches a level."""
-    from scipy.optimize import brentq
+def _first_below(size: Callable[[np.ndarray | float], np.ndarray], level: float) -> float:
+    """The time at which a falling size reaches a level.
 
+    One call takes many times, so that each part of an interval is a small one of the interval
+    before; scipy's root finders take longer to import than a change to follow.
+    """
     if size(0.0) <= level:
         return 0.0
-    high = 1e-6
+    low, high = 0.0, 1e-6
     while size(high) > level:
-        high *= 2.0
-    return float(brentq(lambda time: size(time) - level, 0.0, high, xtol=1e-300))
+        low, high = high, 2.0 * high
+    while high - low > 4.0 * EPSILON * high:
+        times = np.linspace(low, high, _PARTS + 1)
+        # the size at the upper end is known to be below
+        end = 1 + int(np.argmax(np.append(size(times[1:-1]) <= level, True)))
+        low, high = float(times[end - 1]), float(times[end])
+    return high
 
 
 # ----------------------------------------------------------------------------

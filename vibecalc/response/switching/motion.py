@@ -68,12 +68,12 @@ class Course:
         Re sum p_n (i n w^3 + 3 w w') exp(i n theta).
         """
         shape = np.broadcast_shapes(np.shape(run), np.shape(time))
+        kinds = np.unique(self.operation[run])
         run, time = (np.broadcast_to(one, shape).ravel() for one in (run, time))
         turned = turns(self.angle_at(run, time), self.orders)
         found = np.empty((2, run.size, self.amplitude.shape[-1]))
-        works = self.operation[run]
-        for operation in np.unique(works):
-            mine = works == operation
+        for operation in kinds:
+            mine = slice(None) if len(kinds) == 1 else self.operation[run] == operation
             load = self.amplitude[operation]
             other = load * self.orders[:, None] if rate else load / self.orders[:, None]
             # real and imaginary part of the sum, from cosines and sines
@@ -164,41 +164,62 @@ _POINTS = 7
 
 
 def driven_part(
-    course: Course, run: np.ndarray, begin: np.ndarray, step: np.ndarray, points: int = _POINTS
+    course: Course,
+    run: np.ndarray | int,
+    begin: np.ndarray,
+    step: np.ndarray | float,
+    points: int = _POINTS,
 ) -> np.ndarray:
-    """What the load adds to the states (n, modes, 2) from `begin` over `step` (n,) in runs (n,)."""
+    """What the load adds to the states (n, modes, 2) from `begin` (n,) over `step` in a `run`.
+
+    Run and step are (n,), or one for all: what a push leaves behind is then formed once.
+    """
     place, weight = np.polynomial.legendre.leggauss(points)
     place, weight = 0.5 * (1.0 + place), 0.5 * weight
-    added = np.zeros((len(step), len(course.system.frequency), 2))
-    for start in range(0, len(step), BLOCK):
+    modes = np.ones_like(course.system.frequency)
+    push = np.stack([0.0 * modes, modes], axis=-1)
+
+    def left(length: np.ndarray) -> np.ndarray:
+        after = free_motion(course.system, length * (1.0 - place), push)
+        return np.asarray(after * (length * weight)[..., None, None])
+
+    added = np.zeros((len(begin), len(modes), 2))
+    run, length = np.asarray(run)[..., None], np.asarray(step)[..., None]
+    even = length.ndim == 1
+    once = left(length) if even else added
+    for start in range(0, len(begin), BLOCK):
         part = slice(start, start + BLOCK)
-        length = step[part, None]
-        force = course.load_at(run[part, None], begin[part, None] + length * place)
-        pushed = np.stack([np.zeros_like(force), force * (length * weight)[..., None]], axis=-1)
-        added[part] = np.sum(free_motion(course.system, length * (1.0 - place), pushed), axis=1)
+        own, over = (run, length) if even else (run[part], length[part])
+        force = course.load_at(own, begin[part, None] + over * place)
+        if even:
+            added[part] = np.einsum("npm,pmk->nmk", force, once)
+        else:
+            added[part] = np.einsum("npm,npmk->nmk", force, left(over))
     return added
 
 
 def march(course: Course, panels: Panels, points: int = _POINTS) -> np.ndarray:
     """States (panels + 1, modes, 2) at the ends of the panels.
 
-    What each panel adds is summed up over spans that double, the free motion over each span being
-    one step. Nothing is ever amplified.
+    In each run, whose panels are of one length, what each adds is summed up over spans that double,
+    the free motion over each span being one step. Nothing is ever amplified.
     """
-    node, run = panels
     steady = steady_amplitude(
         course.system, course.orders, course.amplitude[course.before], course.speed[0]
     )
     begin = steady_state(steady.value, course.orders, course.speed[0], course.angle[0])
-    total = np.concatenate(
-        [begin[None], driven_part(course, run, node[:-1], np.diff(node), points)]
-    )
-    span = 1
-    while span < len(total):
-        moved = free_motion(course.system, node[span:] - node[:-span], total[:-span])
-        total = np.concatenate([total[:span], total[span:] + moved])
-        span *= 2
-    return total
+    states = [begin[None]]
+    for run in np.unique(panels.run).tolist():
+        own = np.flatnonzero(panels.run == run)
+        node = panels.node[own]
+        step = (panels.node[own[-1] + 1] - node[0]) / len(own)
+        total = np.concatenate([states[-1][-1:], driven_part(course, run, node, step, points)])
+        span = 1
+        while span < len(total):
+            total[span:] += free_motion(course.system, span * step, total[:-span])
+            span *= 2
+        states.append(total[1:])
+    return np.concatenate(states)
 
 
 class Followed(NamedTuple):
@@ -217,6 +238,11 @@ class Followed(NamedTuple):
         course, run, begin = self.course, self.panels.run[panel], self.panels.node[panel]
         system, step = course.system, time - begin
         state = free_motion(system, step, self.state[panel]) + driven_part(course, run, begin, step)
+        return self.motion_of(state, run, time)
+
+    def motion_of(self, state: np.ndarray, run: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """The same of states (n, modes, 2) at times in runs."""
+        course, system = self.course, self.course.system
         damping, stiffness = 2.0 * system.damping_ratio * system.frequency, system.frequency**2
         displacement, velocity = state[..., 0], state[..., 1]
         acceleration = course.load_at(run, time) - damping * velocity - stiffness * displacement

@@ -96,7 +96,8 @@ def course_peaks(followed: Followed) -> Maxima:
     best, found = np.zeros(2 * len(system.shape) + 3), []
     for start in range(0, len(run), BLOCK):
         panel = np.arange(len(run))[start : start + BLOCK]
-        ends = [read(system, followed.motion_at(panel, node[panel + k])) for k in (0, 1)]
+        states = [(followed.state[panel + k], run[panel], node[panel + k]) for k in (0, 1)]
+        ends = [read(system, followed.motion_of(*one)) for one in states]
         best = np.max([best, *(np.max(np.abs(end[0]), axis=0) for end in ends)], axis=0)
         reach = [(node[panel + 1] - node[panel])[:, None] * np.abs(end[1]) for end in ends]
         for sign in (1.0, -1.0):

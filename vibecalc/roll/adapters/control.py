@@ -12,7 +12,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.level import DECIBEL, level_of
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.roll.adapters.readings import machine_turn, shell_levels
+from vibecalc.roll.adapters.readings import less, machine_turn, shell_levels
 from vibecalc.roll.control.full_model import Law, closed_loop
 from vibecalc.roll.control.gains import (
     BOUNDS,
@@ -104,8 +104,7 @@ def setup(case: Case) -> Setup:
 
     Raises NumericalFailure where the motor does not give what the machine takes.
     """
-    if case.response is None or case.response.control is None:
-        raise ValueError("the case has no [response.control]")
+    assert case.response is not None and case.response.control is not None
     options, parts = case.response.control, build_roll(case)
     machine = as_batch(parts.machine)
     drive = roll_drive(parts)._replace(circuit=None)
@@ -200,14 +199,6 @@ def factor_in_decibels(factor: Bounded) -> Bounded:
     fine = np.isfinite(level)
     rounding = 4.0 * EPSILON * (np.abs(np.where(fine, level, 0.0)) + DECIBEL)
     return Bounded(level, np.where(fine, error + rounding, 0.0))
-
-
-def less(one: Bounded, other: Bounded) -> Bounded:
-    """Difference of two levels; zero where both are infinite alike."""
-    with np.errstate(invalid="ignore"):
-        value = one.value - other.value
-    value = np.where(np.isnan(value), 0.0, value)
-    return Bounded(value, np.where(np.isfinite(value), one.error + other.error, 0.0))
 
 
 # ----------------------------------------------------------------------------

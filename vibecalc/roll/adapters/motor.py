@@ -15,7 +15,13 @@ from vibecalc.excitation.induction_motor_flux import (
 from vibecalc.excitation.induction_motor_identify import Identifiability, identifiability
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
-from vibecalc.roll.adapters.readings import MachineTurn, machine_turn, shell_levels, time_history
+from vibecalc.roll.adapters.readings import (
+    MachineTurn,
+    less,
+    machine_turn,
+    shell_levels,
+    time_history,
+)
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import FittedMotor
 from vibecalc.roll.results import COMPARED, ENERGIES, MOTOR
@@ -219,8 +225,7 @@ def _emit_compared(
     steps = (("fit", levels[0], levels[1]), ("dynamics", levels[1], dynamic))
     for name, before, after in steps:
         if before is not None and after is not None:
-            change = _less(after.value, before.value)
-            scene.emit(f"{MOTOR}/{name}_change", change, before.error + after.error, axes)
+            scene.emit(f"{MOTOR}/{name}_change", less(after, before), axes=axes)
     if static is not None and scene.wants(*_CYCLE):
         (angles, first), (_, second) = (time_history(one) for one in static)
         for path, variable in zip(_CYCLE, ("slip", "motor_torque"), strict=True):
@@ -257,12 +262,6 @@ def _solved(
         for state, fitted in ((running.state, drive), (running.check, other))
     )
     return one, twin
-
-
-def _less(level: FloatArray, other: FloatArray) -> FloatArray:
-    """Difference of levels; two harmonics that are zero do not differ."""
-    both = np.isfinite(level) | np.isfinite(other)
-    return np.subtract(level, other, out=np.zeros_like(level), where=both)
 
 
 def _emit_speed(scene: Scene, name: str, turns: tuple[MachineTurn, MachineTurn]) -> None:

@@ -282,3 +282,11 @@ def peaks_of(solved: MachineTurn) -> dict[str, tuple[FloatArray, FloatArray]]:
     places = range(solved.machine.reciprocating_mass.shape[-1])
     tops = {name: np.array([top(name, place) for place in places]) for name in FORCES}
     return {name: (each[:, 0], each[:, 1]) for name, each in tops.items()}
+
+
+def less(one: Bounded, other: Bounded) -> Bounded:
+    """Difference of two levels; zero where both are infinite alike."""
+    with np.errstate(invalid="ignore"):
+        value = one.value - other.value
+    value = np.where(np.isnan(value), 0.0, value)
+    return Bounded(value, np.where(np.isfinite(value), one.error + other.error, 0.0))

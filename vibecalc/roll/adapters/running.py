@@ -68,8 +68,7 @@ _GRID = 1441
 def run_roll(scene: Scene) -> None:
     """Emit the running state, its spectra and balances, and what the case asks for next to it."""
     response = scene.case.response
-    if response is None or response.roll is None:
-        raise ValueError("the case has no [response.roll]")
+    assert response is not None and response.roll is not None
     options, parts = response.roll, build_roll(scene.case)
     machine, drive = as_batch(parts.machine), roll_drive(parts)
     fitted = fitted_motor(parts.motor)

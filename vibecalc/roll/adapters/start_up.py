@@ -29,8 +29,7 @@ _ANGLES = f"{START}/start_angles/"
 def run_start_up(scene: Scene) -> None:
     """Emit what becomes of the start, its peaks, energies and histories, and the start angles."""
     response = scene.case.response
-    if response is None or response.start_up is None:
-        raise ValueError("the case has no [response.start_up]")
+    assert response is not None and response.start_up is not None
     options, parts = response.start_up, build_roll(scene.case)
     machine, drive = parts.machine, roll_drive(parts)
     tolerance = min(max(SHARE * scene.case.accuracy.rtol, FINEST), COARSEST)

@@ -1,10 +1,12 @@
 """Report of the control of the motor: the loop, its margins, its levels, gains compared."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from vibecalc.core.report.rows import Cells, Rows, part_of, rows_of
 from vibecalc.core.report.sections import (
     Section,
     having,
@@ -123,16 +125,6 @@ _MODEL = (
     ("target_speed", "target mean speed"),
     ("speed", "mean speed under control"),
 )
-_COLUMNS = (
-    ("disturbance", "load\nN*m", False),
-    ("level_without", "without\ndB", True),
-    ("level", "control\ndB", True),
-    ("attenuation", "reduction\ndB", True),
-    ("range/level", "full model\nwithout dB", True),
-    ("full/level", "full model\ncontrol dB", True),
-    ("full/attenuation", "full model\nreduction dB", True),
-    ("full/difference", "full - reduced\nmodel dB", True),
-)
 #: dB by which the reduced model may be off and still be called the same
 _CLOSE = 0.5
 _POLES = 6
@@ -195,31 +187,35 @@ def _pole(value: complex) -> str:
 
 def _levels(record: Record) -> list[str]:
     """Levels by order; those of a loop that is not stable have no bound."""
-    shown = [
-        (quantity, title, is_level)
-        for name, title, is_level in _COLUMNS
-        if (quantity := having(record, CONTROL + name, "order")) is not None
-    ]
-    if not shown:
-        return []
-    columns, orders = [number("order")], shown[0][0].axes[0].values
-    rows = [[str(int(order))] for order in orders]
-    for quantity, title, is_level in shown:
-        columns.append(number(title))
-        for place, row in enumerate(rows):
-            row.append(_cell(quantity, place, is_level))
     notes = "levels of the shell's angular acceleration, dB re 1 rad/s^2 zero-to-peak; load at "
     notes += f"constant speed. The loop is {status_words(record, '')}"
-    return [*table(columns, rows), *paragraph(notes)]
+    return rows_of(record, _LEVELS._replace(note=notes))[0]
 
 
-def _cell(quantity: Quantity, place: int, is_level: bool) -> str:
-    value = quantity.values[place]
-    if not is_level:
-        return show(value, quantity.error_estimate)
-    if value == -math.inf and quantity.path.endswith("attenuation"):
-        return "grows"
+def _in_level(value: Any, _error: float) -> str:
     return decibels(float(value))
+
+
+def _reduction(value: Any, _error: float) -> str:
+    return "grows" if value == -math.inf else decibels(float(value))
+
+
+_LEVELS = Rows(
+    "order",
+    "order",
+    (
+        Cells("disturbance", "load\nN*m", show, right=True),
+        Cells("level_without", "without\ndB", _in_level, right=True),
+        Cells("level", "control\ndB", _in_level, right=True),
+        Cells("attenuation", "reduction\ndB", _reduction, right=True),
+        Cells("range/level", "full model\nwithout dB", _in_level, right=True),
+        Cells("full/level", "full model\ncontrol dB", _in_level, right=True),
+        Cells("full/attenuation", "full model\nreduction dB", _reduction, right=True),
+        Cells("full/difference", "full - reduced\nmodel dB", _in_level, right=True),
+    ),
+    CONTROL.rstrip("/"),
+    right=True,
+)
 
 
 def _full(record: Record) -> list[str]:
@@ -399,20 +395,28 @@ def _torque(value: float, most: float) -> str:
 
 def motor_gains(record: Record) -> list[str]:
     """Speed and levels with other motors, uncontrolled."""
+    return rows_of(record, _OTHERS)[0]
+
+
+def _first_levels(record: Record) -> Quantity | None:
+    """Levels of the first orders."""
     level = having(record, f"{CONTROL}motor_gains/level", "motor_gain", "order")
-    speed = having(record, f"{CONTROL}motor_gains/speed", "motor_gain")
-    if level is None or speed is None:
-        return []
-    orders = level.axes[1].values[:_ORDERS]
-    columns = (
-        number("motor slope\nN*m*s/rad"), number("speed\nrpm"),
-        *(number(f"order {int(order)}\ndB") for order in orders)
-    )  # fmt: skip
-    rows = [
-        [
-            show(gain, digits=5), show(rpm(float(turning)), digits=5),
-            *(decibels(float(value)) for value in row[: len(orders)]),
-        ]
-        for gain, turning, row in zip(level.axes[0].values, speed.values, level.values, strict=True)
-    ]  # fmt: skip
-    return [*paragraph("Other motors without control (reduced model):"), *table(columns, rows)]
+    if level is None:
+        return None
+    gain, order = level.axes
+    first = replace(order, values=order.values[:_ORDERS])
+    return part_of(level, level.values[:, :_ORDERS], gain, first)
+
+
+_OTHERS = Rows(
+    "motor_gain",
+    "motor slope\nN*m*s/rad",
+    (
+        Cells("speed", "speed\nrpm", lambda value, _: show(rpm(value), digits=5), right=True),
+        Cells(_first_levels, "order {}\ndB", _in_level, right=True),
+    ),
+    f"{CONTROL}motor_gains",
+    label=lambda gain: show(gain, digits=5),
+    right=True,
+    above="Other motors without control (reduced model):",
+)

@@ -20,8 +20,8 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.motion import EVERY, Motion, Reading, Rows
 from vibecalc.torsion.adapters.search import Search, Top
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.coupling_results import COUPLING, LARGEST
-from vibecalc.torsion.couplings import LIMITS, Coupling, frequency_factor, permitted_of
+from vibecalc.torsion.couplings import LIMITS, Coupling, permitted_of
+from vibecalc.torsion.study_results import COUPLING, LARGEST
 
 # ----------------------------------------------------------------------------
 # What each coupling bears, torques on its own shaft, and how much that is of what is permitted.
@@ -92,7 +92,7 @@ class Borne:
         if name == "main_frequency":
             main = np.take_along_axis(w, np.argmax(size.value, axis=-1)[:, None], axis=-1)
             return rounded(main[:, 0], 2.0)
-        factor = rounded(self._by_coupling(which, w, _frequency_factor), 4.0)
+        factor = rounded(self._by_coupling(which, w, Coupling.frequency_factor), 4.0)
         return where(~motion.masked[at], sqrt(square(factor * size).sum(axis=-1)), np.inf)
 
     def _each(self, which: IntArray, name: str) -> FloatArray:
@@ -126,7 +126,8 @@ class Borne:
             load = load * rounded(self._by_coupling(which, finite, Coupling.service_factor), 4.0)
             if name == "vibratory_torque":
                 main = value("main_frequency").value
-                load = load * rounded(self._by_coupling(which, main, _frequency_factor), 4.0)
+                factor = self._by_coupling(which, main, Coupling.frequency_factor)
+                load = load * rounded(factor, 4.0)
         elif limit == 4:
             load = value("power_loss")
         elif limit == 5:
@@ -136,10 +137,6 @@ class Borne:
             load, permitted = value("temperature") - ambient, permitted - ambient
         said = np.isfinite(permitted)
         return where(said, load, 0.0) * np.where(said, 1.0 / np.where(said, permitted, 1.0), 0.0)
-
-
-def _frequency_factor(coupling: Coupling, frequency: FloatArray) -> FloatArray:
-    return frequency_factor(frequency, coupling.permissible.frequency)
 
 
 def coupling_readings(setup: Setup, names: Sequence[str] = ("use",)) -> dict[str, Borne]:

@@ -10,8 +10,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, rounded, sqrt, stack
 from vibecalc.numerics.rounding import EPSILON, FloatArray
-from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
-from vibecalc.torsion.damper_design.descend import chart
+from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds, placed
 from vibecalc.torsion.damper_design.design import (
     Design,
     Performance,
@@ -29,10 +28,11 @@ from vibecalc.torsion.damper_design.problem import (
     SpeedTorque,
     speed_torque,
 )
+from vibecalc.torsion.damper_design.settle import chart
+from vibecalc.torsion.forced import largest_half_range
 from vibecalc.torsion.line import Line, with_ring, without_freedom
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.results import NAMES
-from vibecalc.torsion.section_loads import largest_half_range
 from vibecalc.torsion.study_results import DESIGN
 from vibecalc.torsion.tables import DamperDesign
 
@@ -137,11 +137,9 @@ def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatA
 
 def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
     """The torques of the cylinders on the freedoms that are left."""
-    drive, n = setup.drive, setup.model.line.inertia.size
-    gas = np.zeros((*drive.gas.shape[:-1], n), dtype=complex)
-    inertia = np.zeros((len(drive.order), n), dtype=complex)
-    gas[..., drive.freedom], inertia[:, drive.freedom] = drive.gas.value, drive.inertia.value
-    return speed_torque(gas[..., freedom], inertia[:, freedom], drive.card_speed)
+    drive = setup.drive
+    on = placed(drive.freedom, setup.model.line.inertia.size)[:, freedom].astype(complex)
+    return speed_torque(drive.gas.value @ on, drive.inertia.value @ on, drive.card_speed)
 
 
 def _spans(line: Line, setup: Setup, speeds: tuple[float, float]) -> Callable[[float], Spans]:
@@ -195,8 +193,7 @@ _SECTION, _HEAT, _TRAVEL = 0.0, 1.0, 2.0
 def run_damper_design(scene: Scene) -> None:
     """Emit everything for [damper_design]."""
     options = scene.case.damper_design
-    if options is None:
-        raise ValueError("the case has no [damper_design]")
+    assert options is not None
     setup = build_setup(scene.case)
     task = build_problem(setup, options)
     low, high = task.problem.speed

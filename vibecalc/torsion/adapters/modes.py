@@ -14,10 +14,9 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatAr
 from vibecalc.torsion.adapters.setup import Setup, line_modes, undamped_modes, vibrating_modes
 from vibecalc.torsion.asked import has_damped_rings, has_holzer, has_loops
 from vibecalc.torsion.damped_modes import LineModes, poles_of_modes
-from vibecalc.torsion.holzer import holzer_rows, holzer_table
 from vibecalc.torsion.line import Line, lines_of
 from vibecalc.torsion.modes import Modes
-from vibecalc.torsion.modes_of_tree import riccati_frequencies
+from vibecalc.torsion.modes_of_tree import holzer_rows, holzer_table, riccati_frequencies
 from vibecalc.torsion.results import ROOT
 
 # ----------------------------------------------------------------------------

@@ -29,6 +29,7 @@ from vibecalc.numerics.rounding import (
 from vibecalc.numerics.synthesis import OverCycle, over_cycle, sum_error, synthesis
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
 from vibecalc.torsion.couplings import Moved
+from vibecalc.torsion.forced import STIFFNESS_ROUNDINGS, steady_shares
 from vibecalc.torsion.line import (
     complex_stiffness,
     damped_elements,
@@ -37,7 +38,6 @@ from vibecalc.torsion.line import (
     walk,
 )
 from vibecalc.torsion.model import ShaftLineModel
-from vibecalc.torsion.section_loads import STIFFNESS_ROUNDINGS, steady_shares
 
 # ----------------------------------------------------------------------------
 # Torque that each gear of a line transmits, referred, and the mean torques of the whole line.

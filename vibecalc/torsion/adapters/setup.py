@@ -390,10 +390,6 @@ class Model(NamedTuple):
 
         `speed` (s,) and `frequency` (s, m) in rad/s.
         """
-        loaded = np.flatnonzero(np.bincount(freedom))
-        if len(loaded) < len(freedom):  # stations that rigid gears hold together
-            torque = torque @ (freedom[:, None] == loaded).astype(float)
-            freedom = loaded
         if self.modal is not None:
             return ratio_response(self.modal, frequency, torque, freedom)
         line = self.at(speed[:, None], frequency)

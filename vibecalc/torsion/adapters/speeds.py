@@ -16,14 +16,15 @@ from vibecalc.torsion.adapters.modes import emit_campbell
 from vibecalc.torsion.adapters.motion import TORQUE, Motion, readings_of
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
-from vibecalc.torsion.adapters.steady import emit_damping_curves, setup_of
-from vibecalc.torsion.adapters.variants import (
+from vibecalc.torsion.adapters.steady import (
     bare_setup,
     emit_bare,
     emit_curves,
+    emit_damping_curves,
     emit_healthy,
     emit_largest,
     line_search,
+    setup_of,
 )
 from vibecalc.torsion.critical_speeds import (
     SLOPE_STEP,

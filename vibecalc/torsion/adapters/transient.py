@@ -22,32 +22,30 @@ from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_motion import Equivalent, Journey, journey, running
 from vibecalc.torsion.critical_speeds import by_machine
+from vibecalc.torsion.forced import twist_and_torque
 from vibecalc.torsion.line_part_tables import FatigueLine
 from vibecalc.torsion.question_tables import CycleCounting
-from vibecalc.torsion.section_loads import twist_and_torque
 from vibecalc.torsion.study_results import PASSAGES, TRANSIENT
-from vibecalc.torsion.transient.counting import (
-    Strength,
-    equivalent_number,
-    miner_sum,
-    rainflow_cycles,
-    range_table,
-    slope_below,
-)
 from vibecalc.torsion.transient.march import TransientRun, static_state, transient
 from vibecalc.torsion.transient.motion import Stretch, mean_law
 from vibecalc.torsion.transient.trace import (
     FINER,
     Peaks,
     Samples,
+    Strength,
     Trace,
     Windows,
+    equivalent_number,
     extremes,
     largest_swings,
+    miner_sum,
     points_in,
+    rainflow_cycles,
+    range_table,
     samples,
     section_peaks,
     sliding,
+    slope_below,
     traces,
     window_amplitudes,
 )
@@ -103,8 +101,7 @@ def run_torsion_transient(scene: Scene) -> None:
     """Emit everything for [response.torsion.transient]."""
     setup = build_setup(running(scene.case))
     options = setup.torsion.transient
-    if options is None:
-        raise ValueError("the case has no [response.torsion.transient]")
+    assert options is not None
     rtol = max(_RTOL, scene.case.accuracy.rtol)
     passes = options.kind in PASSAGES
     if setup.model.over_speed is not None and passes:
@@ -113,7 +110,7 @@ def run_torsion_transient(scene: Scene) -> None:
             "speed; the steady vibration compared with it uses the value at each speed"
         )
     if options.kind == "clutch_in":
-        from vibecalc.torsion.adapters.transient_clutch import run_clutch
+        from vibecalc.torsion.adapters.transient_motion import run_clutch
 
         path, run = run_clutch(scene, setup, options, rtol)
     else:

@@ -9,14 +9,18 @@ from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.motion import TORQUE, Motion, readings_of
-from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.adapters.setup import Setup, build_setup, placed
+from vibecalc.torsion.forced import twist_and_torque
 from vibecalc.torsion.line import complex_stiffness
-from vibecalc.torsion.section_loads import twist_and_torque
 from vibecalc.torsion.study_results import VARIABLE
+from vibecalc.torsion.tables import LineSpeeds
 from vibecalc.torsion.variable_inertia.motion import (
+    SteadyTwist,
     VariableLine,
+    feed,
     inertia_at,
     inertia_variation,
+    steady_response,
     turning_parts,
     variable_line,
 )
@@ -26,11 +30,6 @@ from vibecalc.torsion.variable_inertia.stability import (
     stability,
     unstable_ranges,
     wedges,
-)
-from vibecalc.torsion.variable_inertia.steady import (
-    SteadyTwist,
-    feed,
-    steady_response,
 )
 
 # ----------------------------------------------------------------------------
@@ -53,8 +52,7 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
     """
     setup = build_setup(scene.case)
     options = setup.torsion.variable_inertia
-    if options is None:
-        raise ValueError("the case has no [response.torsion.variable_inertia]")
+    assert options is not None
     system, torque = system_of(setup, setup.speed), gas_torque(setup, setup.speed)
     _emit_variation(scene, setup, system)
     highest, full = _operating(setup, system, torque, options.orders, scene)
@@ -73,7 +71,7 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
     if not np.any(system.line.loss_factor):
         _emit_stability(scene, setup, system, full)
     if setup.torsion.speeds is not None:
-        emit_speeds(scene, setup, highest)
+        emit_speeds(scene, setup, setup.torsion.speeds, highest)
     scene.cite(
         "harmonic balance of the whole Lagrangian system with angle-dependent inertias; "
         "multipliers over the cycle",
@@ -90,8 +88,7 @@ def system_of(setup: Setup, speed: float) -> VariableLine:
     given = inertia_variation(_by_order(drive.order[whole], drive.inertia.value[whole]).T)
     size = np.max(np.abs(given) / line.inertia[drive.freedom][:, None], axis=0)
     last = int(np.flatnonzero(size > _NEGLIGIBLE).max(initial=-1)) + 1
-    variation = np.zeros((line.inertia.size, last), dtype=complex)
-    variation[drive.freedom] = given[:, :last]
+    variation = placed(drive.freedom, line.inertia.size).T @ given[:, :last]
     load = np.zeros(line.inertia.size)
     load[setup.shaft.load_freedom] = 1.0
     for part in turning_parts(line):
@@ -115,10 +112,9 @@ def gas_torque(setup: Setup, speed: float) -> ComplexArray:
     turns = round(drive.firing.cycle / (2.0 * np.pi))
     place = np.rint(drive.order * turns).astype(int)
     torque = np.zeros((int(place.max(initial=0)) + 1, n), dtype=complex)
-    share = drive.weights(np.asarray(speed))
-    torque[place[:, None], drive.freedom] = np.tensordot(share, drive.gas.value, 1)
-    torque[0, drive.freedom] = share @ drive.mean.value
-    torque[0] -= setup.shaft.mean_load(speed)
+    share, on = drive.weights(np.asarray(speed)), placed(drive.freedom, n)
+    torque[place] = np.tensordot(share, drive.gas.value, 1) @ on
+    torque[0] = share @ drive.mean.value @ on - setup.shaft.mean_load(speed)
     return torque
 
 
@@ -234,19 +230,16 @@ _EVEN, _CRITICALS, _WEDGES = 31, 20, 8
 _FEARED, _MOST_RANGES = 0.3, 4
 
 
-def emit_speeds(scene: Scene, setup: Setup, highest: float) -> None:
+def emit_speeds(scene: Scene, setup: Setup, asked: LineSpeeds, highest: float) -> None:
     """Half ranges, changes, wedges and unstable ranges over the speeds of the case."""
-    speeds = _speeds(setup)
-    _emit_half_ranges(scene, setup, highest, speeds)
-    found = _emit_wedges(scene, setup)
+    _emit_half_ranges(scene, setup, highest, _speeds(setup, asked))
+    found = _emit_wedges(scene, setup, asked)
     if not np.any(setup.model.line.loss_factor):
-        _emit_unstable(scene, setup, found)
+        _emit_unstable(scene, setup, asked, found)
 
 
-def _speeds(setup: Setup) -> FloatArray:
+def _speeds(setup: Setup, asked: LineSpeeds) -> FloatArray:
     """Even steps, and the criticals of the lowest orders among them."""
-    asked = setup.torsion.speeds
-    assert asked is not None
     even = np.linspace(asked.start, asked.stop, min(asked.points, _EVEN))
     met = setup.natural().frequency / setup.drive.order[:, None]
     inside = met[(met >= asked.start) & (met <= asked.stop)]
@@ -290,12 +283,9 @@ def _emit_half_ranges(scene: Scene, setup: Setup, highest: float, speeds: FloatA
     scene.emit(f"{VARIABLE}largest_change_speed", speeds[best], 0.0, axes)
 
 
-def _emit_wedges(scene: Scene, setup: Setup) -> Wedges:
+def _emit_wedges(scene: Scene, setup: Setup, asked: LineSpeeds) -> Wedges:
     """The widest sum resonances whose centre lies in the range."""
-
-    asked, modes = setup.torsion.speeds, setup.modes
-    assert asked is not None
-    system = system_of(setup, setup.speed)
+    system, modes = system_of(setup, setup.speed), setup.modes
     all_wedges = wedges(system, modes.frequency, modes.shape, modes.modal_inertia)
     inside = (
         (all_wedges.speed >= asked.start)
@@ -317,11 +307,8 @@ def _emit_wedges(scene: Scene, setup: Setup) -> Wedges:
     return first
 
 
-def _emit_unstable(scene: Scene, setup: Setup, regions: Wedges) -> None:
+def _emit_unstable(scene: Scene, setup: Setup, asked: LineSpeeds, regions: Wedges) -> None:
     """Ranges, about the widest wedges, in which the line as it is damped has growing vibration."""
-
-    asked = setup.torsion.speeds
-    assert asked is not None
     system = system_of(setup, setup.speed)
     if np.any(setup.model.speed_stiffness):
         scene.warn("unstable ranges: pendulums as at the operating speed")

@@ -7,16 +7,6 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
-from vibecalc.torsion.damper_design.descend import (
-    BROKEN,
-    Chart,
-    DesignPoint,
-    chart_of,
-    descend,
-    lenient,
-    nearest_within_limits,
-    valleys,
-)
 from vibecalc.torsion.damper_design.peaks import (
     LEVEL,
     DamperPeaks,
@@ -27,7 +17,19 @@ from vibecalc.torsion.damper_design.peaks import (
 )
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, system_of
 from vibecalc.torsion.damper_design.readings import map_readings, reading_error
-from vibecalc.torsion.damper_design.settle import Stationary, basins, settle
+from vibecalc.torsion.damper_design.settle import (
+    BROKEN,
+    Chart,
+    DesignPoint,
+    Stationary,
+    basins,
+    chart_of,
+    descend,
+    lenient,
+    nearest_within_limits,
+    settle,
+    valleys,
+)
 
 # ----------------------------------------------------------------------------
 # The spring and dashpot (and ring) of a damper that make the worst section of a line least.

@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.damper_design.problem import (
     Damper,
     System,
@@ -16,11 +17,10 @@ from vibecalc.torsion.damper_design.problem import (
 )
 
 # ----------------------------------------------------------------------------
-# Highest and lowest value over a cycle of many signals of integer harmonics, refined in batch.
+# Highest and lowest place in a cycle of many signals of integer harmonics, refined in batch.
 # ----------------------------------------------------------------------------
 
 SAMPLES_PER_HARMONIC = 16
-_TRIED = 3
 _NEWTON_STEPS = 5
 #: from farther away
 _MORE_STEPS = 8
@@ -28,24 +28,21 @@ _MORE_STEPS = 8
 
 def extremes(
     amplitude: ComplexArray, harmonic: IntArray, near: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """Phases (r, 2) and values (r, 2) of the highest and the lowest point.
+) -> FloatArray:
+    """Phases (r, 2) of the highest and the lowest point of rows (r, m), Re sum_m X_m exp(i h_m p).
 
-    Rows (r, m) are Re sum_m X_m exp(i h_m phase), sampled 16 times in the period of the highest
-    harmonic, so that the best sample lies less than 2 % of the size below its peak; the three
-    highest peaks are refined by Newton's method and the best is taken. With phases `near` (r, 2)
-    it is the crest uphill of the first and the trough downhill of the second, be there higher and
-    lower ones or not.
+    With phases `near` (r, 2) it is the crest uphill of the first and the trough downhill of the
+    second, be there higher and lower ones or not.
     """
-    # both at once: the trough is the crest of the negative
-    both = np.concatenate([amplitude, -amplitude])
     if near is None:
-        value = sampled(amplitude, harmonic, SAMPLES_PER_HARMONIC)
-        found = _highest(both, harmonic, np.concatenate([value, -value]))
-    else:
-        found = _climbed(both, harmonic, near.T.reshape(-1, 1), _MORE_STEPS)
-    (at_up, at_down), (up, down) = (np.split(one, 2) for one in found)
-    return np.hstack([at_up, at_down]), np.hstack([up, -down])
+        found = synthesis(harmonic, amplitude)
+        near = np.stack([found.highest_angle, found.lowest_angle], axis=-1)
+    # the trough is the crest of the negative
+    up, down = (
+        _climbed(sign * amplitude, harmonic, start[:, None], _MORE_STEPS)[0]
+        for sign, start in ((1.0, near[:, 0]), (-1.0, near[:, 1]))
+    )
+    return np.hstack([up, down])
 
 
 def crests(amplitude: ComplexArray, harmonic: IntArray, most: int) -> tuple[FloatArray, FloatArray]:
@@ -54,13 +51,6 @@ def crests(amplitude: ComplexArray, harmonic: IntArray, most: int) -> tuple[Floa
     Phases may lie a little beyond [0, 2 pi).
     """
     value = sampled(amplitude, harmonic, SAMPLES_PER_HARMONIC)
-    return _crests(amplitude, harmonic, most, value)
-
-
-def _crests(
-    amplitude: ComplexArray, harmonic: IntArray, most: int, value: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Of samples (r, k) of the rows."""
     around = np.concatenate([value[:, -1:], value, value[:, :1]], axis=-1)
     peak = (value >= around[:, :-2]) & (value > around[:, 2:])
     height = np.where(peak, -value, np.inf)
@@ -81,17 +71,6 @@ def sampled(amplitude: ComplexArray, harmonic: IntArray, per_harmonic: int) -> F
         spectrum[..., h] += amplitude[..., column]
     value: FloatArray = np.fft.irfft(spectrum, count, axis=-1) * (0.5 * count)
     return value
-
-
-def _highest(
-    amplitude: ComplexArray, harmonic: IntArray, samples: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Phase (r, 1) and value (r, 1)."""
-    phase, refined = _crests(amplitude, harmonic, _TRIED, samples)
-    # a signal that does not change has no crest
-    best = np.argmax(refined, axis=-1)[:, None]
-    found = np.take_along_axis(refined, best, axis=-1)
-    return np.take_along_axis(phase, best, axis=-1), np.where(np.isfinite(found), found, 0.0)
 
 
 def _climbed(
@@ -190,7 +169,7 @@ def readings(
         by_all[-1] += rate * twist
         amplitude = np.where(travel[:, None], relative, amplitude)[other]
         by_all = np.where(travel[:, None], change, by_all)[:, other]
-        phase, _ = extremes(amplitude, system.harmonic, None if near is None else near[other])
+        phase = extremes(amplitude, system.harmonic, None if near is None else near[other])
         high, low = np.moveaxis(np.exp(1j * phase[..., None] * system.harmonic), 1, 0)
         upper = (row[other] == sections + 1)[:, None]
         wave = np.where(travel[other][:, None], np.where(upper, high, -low), 0.5 * (high - low))

@@ -26,7 +26,6 @@ from vibecalc.core.report.sections import having, labels, speed_of, table_of
 from vibecalc.core.report.sources import Ends, Source, sourced
 from vibecalc.core.report.writing import fold, hertz, rpm, show, turns
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.torsion.report.barred import may_be_barred
 from vibecalc.torsion.report.line import (
     TORSION,
     at_speed,
@@ -46,7 +45,7 @@ from vibecalc.torsion.report.line import (
     vector,
     worst_section,
 )
-from vibecalc.torsion.report.vibration import drawn
+from vibecalc.torsion.report.vibration import drawn, may_be_barred
 from vibecalc.torsion.results import QUANTITIES
 
 if TYPE_CHECKING:

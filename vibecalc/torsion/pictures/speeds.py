@@ -23,7 +23,6 @@ from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.sources import Ends, Look, Source, sourced
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.pictures.excitation import (
     BARCODE,
     also,
@@ -43,6 +42,7 @@ from vibecalc.torsion.report.line import (
     vector,
     worst_section,
 )
+from vibecalc.torsion.study_results import COUPLING
 
 # ----------------------------------------------------------------------------
 # Maxima of the curves of a shaft line: points that the curves go through, and their names.

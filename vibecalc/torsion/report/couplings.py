@@ -19,8 +19,8 @@ from vibecalc.core.report.writing import (
     turns,
 )
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.torsion.coupling_results import COUPLING, HEALTHY
 from vibecalc.torsion.report.line import joined, line_of, place_of, titled
+from vibecalc.torsion.study_results import COUPLING, HEALTHY
 
 if TYPE_CHECKING:
     from vibecalc.torsion.couplings import Coupling

@@ -1,4 +1,4 @@
-"""What the cylinders do to a shaft line: critical speeds, order table, vector sums."""
+"""What the cylinders do to a shaft line: critical speeds, orders, vector sums, conditions."""
 
 from dataclasses import replace
 
@@ -21,6 +21,7 @@ from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
     MOST_ORDERS,
     TORSION,
+    asked,
     cell,
     elastic_modes,
     first_shaft,
@@ -263,3 +264,22 @@ def station_torques(result: Result) -> list[str]:
     rows = Rows("order", "order", columns, label="{:.4g}", right=True, places=acting,
                 above=words)  # fmt: skip
     return rows_of(result.record, rows)[0]
+
+
+# ----------------------------------------------------------------------------
+# Conditions of the cylinders in words.
+# ----------------------------------------------------------------------------
+
+#: folders of the line with all cylinders firing, and in conditions of the cylinders
+VARIANTS = ("healthy/", "conditions/")
+
+
+def variant_words(result: Result, variant: str) -> str:
+    """What the cylinders do in a variant: `one cylinder misfiring`."""
+    if variant == "healthy/":
+        return "all cylinders firing"
+    given = table_of(asked(result), "conditions")
+    words = ["one cylinder misfiring"] * (given.get("misfire") != "none")
+    words += ["one cylinder out of balance"] * bool(given.get("imbalance"))
+    words += ["the given cylinder pressures"] * bool(given.get("pressure_scale"))
+    return " or ".join(words)

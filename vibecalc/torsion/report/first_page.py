@@ -18,14 +18,7 @@ from vibecalc.core.results.record import (
 )
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.numerics.rounding import first_of_largest
-from vibecalc.torsion.coupling_results import COUPLING
-from vibecalc.torsion.report.barred import (
-    all_ranges_in_words,
-    barred_ranges,
-    exceeded_table,
-    ranges_in_words,
-)
-from vibecalc.torsion.report.conditions import (
+from vibecalc.torsion.report.excitation import (
     VARIANTS,
     variant_words,
 )
@@ -56,6 +49,13 @@ from vibecalc.torsion.report.line import (
     torque_unit,
     vector,
 )
+from vibecalc.torsion.report.vibration import (
+    all_ranges_in_words,
+    barred_ranges,
+    exceeded_table,
+    ranges_in_words,
+)
+from vibecalc.torsion.study_results import COUPLING
 from vibecalc.units import convert
 
 #: what has another section
@@ -495,7 +495,7 @@ CALCULATION = Calculation(
     ),
     elsewhere=(
         _named_part("first_page:torsion"),
-        _named_part("barred:torsion_limits"),
+        _named_part("vibration:torsion_limits"),
     ),
 )
 

@@ -313,8 +313,7 @@ def worst_section(record: Record) -> str | None:
     Of shafts whose stress is known the most stressed one, else the one of the largest torque;
     where some speeds have no bound, at the operating speed.
     """
-    for name in ("largest/stress_half_range", "largest/torque_half_range", "stress_half_range",
-                 "torque_half_range"):  # fmt: skip
+    for name in (f"{at}{of}_half_range" for at in ("largest/", "") for of in ("stress", "torque")):
         load = vector(record, name, "section")
         if load is not None and 0.0 < np.max(load) < np.inf:
             return names(record, name, "section")[first_of_largest(load)]

@@ -8,7 +8,6 @@ from vibecalc.core.report.sections import Section, having, labels, magnitudes, s
 from vibecalc.core.report.writing import Column, hertz, many, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.errors import NumericalFailure
-from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.report.limits import separation_rule
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -29,6 +28,7 @@ from vibecalc.torsion.report.line import (
     titled,
     vector,
 )
+from vibecalc.torsion.study_results import COUPLING
 
 if TYPE_CHECKING:
     from vibecalc.torsion.line import Line
@@ -348,7 +348,7 @@ def _modes_without_table(result: Result, shown: list[int]) -> list[str]:
 
 
 def _holzer_table(result: Result, line: "Line", angle: Quantity, mode: int) -> list[str]:
-    from vibecalc.torsion.holzer import holzer_rows
+    from vibecalc.torsion.modes_of_tree import holzer_rows
 
     record, rows, whole = result.record, holzer_rows(line), line_of(result)
     frequency = frequencies(record, undamped=True)

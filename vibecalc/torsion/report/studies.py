@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Found, Rows, by_axis, part_of, rows_of, whole
+from vibecalc.core.report.rows import Cells, Found, Rows, part_of, rows_of, whole
 from vibecalc.core.report.rows import short as in_short
 from vibecalc.core.report.sections import (
     Section,
@@ -303,15 +303,15 @@ def _percent(share: float) -> str:
 
 def _changed_sections(record: Record) -> list[str]:
     unit = torque_unit(record)[1]
-    return by_axis(
-        record, "section", "section",
-        [(_VARIABLE + name, *words) for name, *words in (
-            ("constant_half_range", "half range\nmean inertia\n", unit),
-            ("torque_half_range", "variable\ninertia\n", unit), ("change", "change\n", "%"),
-            ("largest_change", "largest over\nspeeds,", "%"),
-            ("largest_change_speed", "at\n", "rpm"),
-        )],
-    )  # fmt: skip
+    columns = (
+        Cells("constant_half_range", f"half range\nmean inertia\n{unit}", unit),
+        Cells("torque_half_range", f"variable\ninertia\n{unit}", unit),
+        Cells("change", "change\n%", "%"),
+        Cells("largest_change", "largest over\nspeeds, %", "%"),
+        Cells("largest_change_speed", "at\nrpm", "rpm"),
+    )
+    rows = Rows("section", "section", columns, _VARIABLE.rstrip("/"), merge=True)
+    return rows_of(record, rows)[0]
 
 
 def _secondary(result: Result) -> list[str]:
@@ -358,11 +358,13 @@ def _unstable(record: Record) -> list[str]:
     low = record.quantities.get(_VARIABLE + "unstable/from")
     if low is not None and not np.size(low.values):
         return paragraph("With its damping the line is stable over the whole speed range.")
-    return by_axis(
-        record, "unstable", "unstable range",
-        [(f"{_VARIABLE}unstable/{name}", words, unit) for name, words, unit in (
-            ("from", "from,", "rpm"), ("to", "to,", "rpm"), ("growth", "growth,", "1/s"))],
-    )  # fmt: skip
+    columns = (
+        Cells("from", "from, rpm", "rpm"),
+        Cells("to", "to, rpm", "rpm"),
+        Cells("growth", "growth, 1/s", "1/s"),
+    )
+    rows = Rows("unstable", "unstable range", columns, f"{_VARIABLE}unstable", merge=True)
+    return rows_of(record, rows)[0]
 
 
 # ----------------------------------------------------------------------------
@@ -566,12 +568,14 @@ def _increases(record: Record) -> Quantity | None:
 
 def _rings(result: Result) -> list[str]:
     name = objective_of(result)
-    return by_axis(
-        result.record, "ring_inertia", "ring, kg m^2",
-        [(f"{DESIGN}ring/{name}", "largest half\nrange,", _unit(result.record, name)),
-         (DESIGN + "ring/stiffness", "stiffness\n", "kN*m/rad"),
-         (DESIGN + "ring/damping", "damping\n", "N*m*s/rad")],
-    )  # fmt: skip
+    unit = _unit(result.record, name)
+    columns = (
+        Cells(name, f"largest half\nrange, {unit}", unit),
+        Cells("stiffness", "stiffness\nkN*m/rad", "kN*m/rad"),
+        Cells("damping", "damping\nN*m*s/rad", "N*m*s/rad"),
+    )
+    rows = Rows("ring_inertia", "ring, kg m^2", columns, f"{DESIGN}ring", merge=True)
+    return rows_of(result.record, rows)[0]
 
 
 def _basins(result: Result) -> list[str]:

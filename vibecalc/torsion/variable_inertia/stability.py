@@ -54,8 +54,6 @@ def stability(
     *,
     angle: ArrayLike | None = None,
     angle_error: ArrayLike | None = None,
-    torque: ArrayLike | None = None,
-    follows: bool = False,
     basis: FloatArray | None = None,
 ) -> Stability:
     """Multipliers of small deviations about a motion at one speed.
@@ -67,8 +65,6 @@ def stability(
         the first order of the variation: the second makes drifts of the speed seem to grow.
     angle_error : (N + 1, n), rad
         How far the motion may be off; what so much more at every order changes is counted twice.
-    torque : complex (T, n), N m
-        Gas torque; it matters only if it `follows` the throws' angles.
     basis : (m, n)
         Shapes that deviations are sought in; None keeps every freedom.
 
@@ -85,14 +81,11 @@ def stability(
     n, speed = len(line.inertia), float(speed)
     shapes = np.eye(n) if basis is None else np.asarray(basis, dtype=np.float64)
     none = np.zeros((1, n), dtype=np.complex128)
-    motion, force = (
-        none if given is None else np.asarray(given, dtype=np.complex128)
-        for given in (angle, torque)
-    )
+    motion = none if angle is None else np.asarray(angle, dtype=np.complex128)
 
     def turned(points: int, density: int, motion: ComplexArray) -> tuple[FloatArray, int]:
         rule = gauss_rule(points)
-        return _turn(system, speed, motion, force, follows, shapes, rule, density)
+        return _turn(system, speed, motion, shapes, rule, density)
 
     for density in _DENSITIES:
         turn, panels = turned(_POINTS + 1, density, motion)
@@ -118,8 +111,6 @@ def _turn(
     system: VariableLine,
     speed: float,
     angle: ComplexArray,
-    torque: ComplexArray,
-    follows: bool,
     shapes: FloatArray,
     rule: GaussRule,
     density: int,
@@ -131,11 +122,11 @@ def _turn(
         for matrix in (np.diag(line.inertia), stiffness_matrix(line), damping_matrix(line))
     )
     pace = _pace(system, speed, mean, stiffness)
-    orders = max(system.variation.shape[1], (len(angle) + len(torque)) / system.turns)
+    orders = max(system.variation.shape[1], (len(angle) + 1) / system.turns)
     panels = density * int(np.ceil(period * max(pace, orders * speed / 3.0) / _PANEL))
     edges = np.arange(panels) / panels
     at = (edges[:, None] + rule.nodes / panels).ravel() * (2.0 * np.pi * system.turns)
-    samples = terms(system, speed, at, angle, torque, follows=follows)
+    samples = terms(system, speed, at, angle, np.zeros((1, len(line.inertia)), dtype=np.complex128))
     pairs = (shapes[:, None] * shapes).reshape(-1, shapes.shape[1])
     size, m = len(at), len(shapes)
     inverse = np.linalg.inv((samples.inertia @ pairs.T).reshape(size, m, m))

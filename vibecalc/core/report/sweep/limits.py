@@ -254,7 +254,7 @@ def _share(sweep: SweepView, judged: Judged) -> str:
 
 def _region(sweep: SweepView, judged: Limits) -> list[str]:
     if judged.kept.any():
-        lines = [*paragraph("where all limits are kept:"), *_extent(sweep, judged.kept), ""]
+        lines = [*_extent(sweep, judged.kept), ""]
         if found := best(sweep, judged):
             lines += paragraph(found[1])
         here, near = case_values(sweep), nearest(sweep, judged.kept)
@@ -277,6 +277,10 @@ def _region(sweep: SweepView, judged: Limits) -> list[str]:
 def _extent(sweep: SweepView, kept: np.ndarray) -> list[str]:
     """The smallest box around all points that keep the limits; `>` where it meets the sweep's."""
     every = sweep.values_of(np.arange(sweep.count))
+    lower, upper = every[kept].min(axis=0), every[kept].max(axis=0)
+    within = np.count_nonzero(np.all((lower <= every) & (every <= upper), axis=1) & sweep.done)
+    count = np.count_nonzero(kept)
+    some = f" ({count} of the {within} points in these ranges)" if count < within else ""
     rows = []
     for key, swept, inside in zip(sweep.keys, every.T, every[kept].T, strict=True):
         if key.choices:
@@ -291,4 +295,8 @@ def _extent(sweep: SweepView, kept: np.ndarray) -> list[str]:
         "< and >: the region reaches the lower or upper end of the swept range and may extend "
         "beyond it"
     )
-    return [*table(_REGION, rows), *(paragraph(words) if any(row[-1] for row in rows) else [])]
+    return [
+        *paragraph(f"where all limits are kept{some}:"),
+        *table(_REGION, rows),
+        *(paragraph(words) if any(row[-1] for row in rows) else []),
+    ]

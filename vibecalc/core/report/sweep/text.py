@@ -3,10 +3,11 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.report.check import time_in_words
 from vibecalc.core.report.sweep.limits import Limits, judge, limit_lines, share_within_limits
 from vibecalc.core.report.sweep.statistics import (
@@ -38,15 +39,12 @@ from vibecalc.core.results.record import Result
 from vibecalc.core.results.sweep_file import SweepResult, opened
 from vibecalc.core.study.sweep.checks import UNSHARED_AXES
 
-if TYPE_CHECKING:
-    from vibecalc.core.case.load import LoadedCase
-
 # ----------------------------------------------------------------------------
 # What `sweep` says before it starts and after it ends, in words and as plain objects.
 # ----------------------------------------------------------------------------
 
 
-def render_forecast(loaded: "LoadedCase", found: Mapping[str, Any], output: Path) -> str:
+def render_forecast(loaded: LoadedCase, found: Mapping[str, Any], output: Path) -> str:
     """What a sweep will be, as `forecast` of `core/study/sweep/prepare.py` has it, as text."""
     sizes = " x ".join(map(str, found["shape"]))
     sampling, failures, chunks = found["sampling"], found["failures"], found["chunks"]

@@ -1,12 +1,11 @@
 """A sweep as the report reads it from its open file: keys, results, and points without any."""
 
-import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from vibecalc.core.results.layout import (
     STATUS_WORDS,
 )
 from vibecalc.core.results.record import Quantity
-from vibecalc.core.results.sweep_file import SweepHead, SweepResult, SweptAxis, SweptKey
+from vibecalc.core.results.sweep_file import SweepHead, SweepResult, Swept, SweptAxis, SweptKey
 
 # ----------------------------------------------------------------------------
 # A sweep as the report reads it: its keys in the units of the case, its results at all points.
@@ -40,7 +39,7 @@ class StackedResult(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweepView:
+class SweepView(Swept):
     """A sweep as its file has it, with short words for labels of keys. Points are counted in C
     order; `quantities` describes each result without its values.
 
@@ -62,11 +61,6 @@ class SweepView:
         return self.head.result.name
 
     @property
-    def case(self) -> Mapping[str, Any]:
-        """The case in SI."""
-        return self.head.result.case
-
-    @property
     def indices(self) -> bool:
         """Whether the points are those of a design for Sobol indices."""
         return bool(self.head.design.get("indices"))
@@ -86,16 +80,6 @@ class SweepView:
     def grid(self) -> tuple[SweptAxis, ...]:
         """The axes of a grid; none of a sampling."""
         return self.head.axes if self.head.sampling == "grid" else ()
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Lengths of the axes."""
-        return self.head.shape
-
-    @property
-    def count(self) -> int:
-        """How many points there are."""
-        return math.prod(self.shape)
 
     @cached_property
     def done(self) -> np.ndarray:

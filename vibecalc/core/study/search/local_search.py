@@ -180,7 +180,7 @@ def search_all(sampler: Sampler, points: np.ndarray) -> list[Search]:
             f"says: {next(iter(sampler.failures.values()))}"
         )
     ends: list[Search] = []
-    together = TOGETHER if sampler.foresees else 1
+    together = TOGETHER if sampler.problem.ahead else 1
     for first in range(0, len(points), together):
         if ends and sampler.count > MOST_EVALUATIONS:
             sampler.notes.append(
@@ -210,7 +210,8 @@ def _searched(
     sampler: Sampler, start: np.ndarray, search: Callable[[Sampler, np.ndarray], np.ndarray]
 ) -> Search:
     before = sampler.spent
-    unit = start if sampler(start) is None else search(sampler.downhill, start)
+    view = sampler.largest_part() if sampler.problem.of_maxima else sampler
+    unit = start if sampler(start) is None else search(view, start)
     spent = sampler.spent - before
     return Search(start, unit, sampler.top(unit), sampler.violation(unit), spent)
 

@@ -181,17 +181,12 @@ class Sampler:
         self.notes: list[str] = []
         self.failures: dict[bytes, str] = {}
         self.parts, self.entries = 1, list[int]()
-        self._problem, self._whole, self._extremes = problem, 1, [np.inf, 0.0]
+        self.problem, self._whole, self._extremes = problem, 1, [np.inf, 0.0]
         self._ask: Ask | None = None
         self._spent = [0]
         self._known: dict[bytes, np.ndarray | None] = {}
         self._off: dict[bytes, np.ndarray] = {}
         self._changes: tuple[Change, Change] | None = None
-
-    @property
-    def downhill(self) -> "Sampler":
-        """What a search from far away goes down."""
-        return self.largest_part() if self._problem.of_maxima else self
 
     def view(self, change: Change, off: Change, parts: int = 1) -> "Sampler":
         """The same points with changed vectors, of which `parts` are the objective, and errors."""
@@ -225,11 +220,6 @@ class Sampler:
     def spent(self) -> int:
         """Those of this search."""
         return self._spent[0]
-
-    @property
-    def foresees(self) -> bool:
-        """Whether points may be computed before they are asked for."""
-        return self._problem.ahead is not None
 
     @property
     def smallest(self) -> float:
@@ -300,14 +290,14 @@ class Sampler:
 
     def ahead(self, units: Sequence[np.ndarray]) -> None:
         """Say which points (k,) are about to be asked for; nothing is counted yet."""
-        if self._problem.ahead is None:
+        if self.problem.ahead is None:
             return
         fresh = {unit.tobytes(): unit for unit in map(self.box.fold, units)}
         left = [unit for key, unit in fresh.items() if key not in self._known]
         if self._ask is not None and left:
             self._ask(left)
         elif len(left) > 1:
-            self._problem.ahead(self.box.values(np.stack(left)))
+            self.problem.ahead(self.box.values(np.stack(left)))
 
     def of_limits(self, margins: np.ndarray, how: Callable[[np.ndarray], float]) -> np.ndarray:
         """One number for each limit of those (m,) of the margins of its entries."""
@@ -317,7 +307,7 @@ class Sampler:
     def _fresh(self, key: bytes, unit: np.ndarray) -> np.ndarray | None:
         variables = self.box.values(unit)
         try:
-            objective, limits, *errors = self._problem.evaluate(variables)
+            objective, limits, *errors = self.problem.evaluate(variables)
         except NumericalFailure as failure:
             self.failures[key] = str(failure)
             return None

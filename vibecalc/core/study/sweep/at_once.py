@@ -1,7 +1,7 @@
 """Results of one case at many points by arrays: whether they can be had so, and which cannot."""
 
 from collections.abc import Collection, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,16 +23,14 @@ from vibecalc.errors import KeyPath, NumericalFailure, PointsApart, dotted
 from vibecalc.numerics.rounding import BoolArray, IntArray
 from vibecalc.parts.machine import PARTS
 from vibecalc.parts.mount_needs import why_alone
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Case
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Which results over which keys arrays give: as the stages of the case say it.
 # ----------------------------------------------------------------------------
 
 
-def unsupported(case: "Case", keys: Collection[KeyPath], keep: Collection[str]) -> str | None:
+def unsupported(case: Case, keys: Collection[KeyPath], keep: Collection[str]) -> str | None:
     """Why arrays cannot compute the results `keep` of `case` over `keys`, or None if they can."""
     if case.optimisation is not None:
         return "each point is optimised"
@@ -73,7 +71,7 @@ def pattern(key: KeyPath) -> str:
     return dotted(key).translate({ord(digit): None for digit in "0123456789"})
 
 
-def _is_number(case: "Case", key: KeyPath) -> bool:
+def _is_number(case: Case, key: KeyPath) -> bool:
     """Whether the case has a number there, so that setting it changes no other choice.
 
     A default is none in a table with rules, which may not let the key be written there.
@@ -125,7 +123,7 @@ class Plan(NamedTuple):
     checks: tuple[list[Check], ...]
 
 
-def planned(case: "Case", keep: frozenset[str], keys: Collection[KeyPath]) -> Plan:
+def planned(case: Case, keep: frozenset[str], keys: Collection[KeyPath]) -> Plan:
     """The plan of a case over `keys`."""
     untouchable = case_untouchable(case, keys)
     checks = [[one for one in ones if reads(one, untouchable)] for ones in checks_of(case)]
@@ -133,7 +131,7 @@ def planned(case: "Case", keep: frozenset[str], keys: Collection[KeyPath]) -> Pl
 
 
 def compute(
-    case: "Case",
+    case: Case,
     varied: Varied,
     count: int,
     keep: frozenset[str],
@@ -176,7 +174,7 @@ def compute(
 
 
 def suspects(
-    case: "Case", varied: Varied, count: int, checks: Iterable[Collection[Check]]
+    case: Case, varied: Varied, count: int, checks: Iterable[Collection[Check]]
 ) -> BoolArray:
     """Points (points,) that one of the checks, first ones and last ones, may refuse.
 

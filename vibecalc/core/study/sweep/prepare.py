@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from vibecalc import __version__
 from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.case.raw import parse_key
 from vibecalc.core.case.study_tables import Sweep
-from vibecalc.core.results.layout import DONE, UNLUCKY
+from vibecalc.core.results.layout import DONE
 from vibecalc.core.results.visible import fits_a_line
 from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
@@ -29,11 +29,8 @@ from vibecalc.core.study.sweep.checks import stored_paths
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.errors import UnitError, UsageError, dotted
-from vibecalc.schema import SCHEMA_VERSION
+from vibecalc.schema import SCHEMA_VERSION, Case
 from vibecalc.units import split_number
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # How a sweep is computed: by arrays, in one process, or by many.
@@ -65,7 +62,7 @@ class Strategy(NamedTuple):
     milliseconds: float = 0.0
 
 
-def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> Strategy:
+def choose(case: Case, design: Design, keep: Sequence[str], jobs: int = 2) -> Strategy:
     """The fastest way that gives the results `keep` at all points; `jobs` processes are allowed.
 
     Arrays where all results are closed forms over the keys that vary. Else one process, in which
@@ -148,11 +145,6 @@ class Outcome:
     def failed(self) -> int:
         """Points that were run and have no result."""
         return sum(many for status, many in self.counts.items() if status > DONE)
-
-    @property
-    def unlucky(self) -> int:
-        """Points that another try, with more time or on another machine, may give a result."""
-        return sum(many for status, many in self.counts.items() if status in UNLUCKY)
 
 
 def shard_chunks(chunks: int, shard: tuple[int, int]) -> range:
