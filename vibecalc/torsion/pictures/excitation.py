@@ -26,6 +26,7 @@ from vibecalc.core.report.sections import having, labels, speed_of, table_of
 from vibecalc.core.report.sources import Ends, Source, sourced
 from vibecalc.core.report.writing import fold, hertz, rpm, show, turns
 from vibecalc.core.results.record import Quantity, Result
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.torsion.report.line import (
     TORSION,
     at_speed,
@@ -88,6 +89,11 @@ _BARRED = (
 )
 
 
+def _permitted(permitted: bool, result: Result) -> BoolArray:
+    """The ranges (b,) that may be barred, or those that may not."""
+    return np.asarray(may_be_barred(result) == permitted)
+
+
 def barred_shades(named: bool = True) -> Iterator[Mark]:
     """Ranges barred for continuous operation, and those that may not be; `named` in the legend."""
     for permitted, colour, words in _BARRED:
@@ -96,7 +102,7 @@ def barred_shades(named: bool = True) -> Iterator[Mark]:
             words * named,
             ("from", "to"),
             BARCODE,
-            only=lambda result, permitted=permitted: may_be_barred(result) == permitted,
+            only=partial(_permitted, permitted),
             color=colour,
             alpha=0.25,
         )
