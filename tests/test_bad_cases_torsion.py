@@ -189,7 +189,7 @@ def while_it_burns():
         *(
             (
                 lambda at=at: card_weights([100.0, 500.0], [300.0, at]),
-                "outside the cards' range, 100 to 500",
+                "outside the cards' range, 954.93 to 4774.65 rpm",
             )
             for at in (99.0, 501.0, np.nan)
         ),

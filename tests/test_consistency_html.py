@@ -298,7 +298,7 @@ def test_a_condition_is_broken_where_no_range_may_be_barred(
     result = result_of("marine_propulsion")
     use = result.record[f"{ROOT_PATH}limit/each/utilisation"]
     stem, quantities = f"{ROOT_PATH}conditions/limit/", dict(result.record.quantities)
-    named = np.array(["all fire", "4 misfires"], dtype=object)
+    named = np.array(["all fire", "misfire of cylinder 4"], dtype=object)
     condition = replace(use.axes[1], name="condition", values=named)
     axes = (condition, replace(use.axes[0], values=np.array([1])))
     for name, values in (

@@ -34,6 +34,7 @@ from vibecalc.core.results.renamed import (
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.verdicts import as_objects, from_objects, verdicts_of
 from vibecalc.errors import CaseError, dotted
+from vibecalc.torsion.question_tables import Conditions, condition_names
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
 OLD = """# a machine of before
@@ -199,6 +200,25 @@ def test_entries_of_an_axis_have_the_names_of_now() -> None:
     assert current_case({"limit": [{"where": where}]}) == {"limit": [{"where": now}]}
     before = read_result(GOLDEN / "absorber_curves.h5").record["response/absorber/largest"]
     assert "absorber damping ratio 0.05" in before.axes[0].values
+
+
+@pytest.mark.parametrize(
+    ("before", "now"),
+    [
+        ("5 misfires", "misfire of cylinder 5"),
+        ("A1 out of balance", "imbalance of cylinder A1"),
+        ("misfire of cylinder a misfires", "misfire of cylinder a misfires"),
+        ("all fire", "all fire"),
+    ],
+)
+def test_conditions_of_the_cylinders_are_called_as_reports_call_them(before: str, now: str) -> None:
+    where = {"condition": before, "section": "crank 3-4"}
+    assert current_where(where) == {**where, "condition": now}
+    assert current_case({"limit": [{"where": where}]}) == {
+        "limit": [{"where": current_where(where)}]
+    }
+    names = condition_names(Conditions(imbalance=0.1), ["5", "A1"])
+    assert now in {*names, "misfire of cylinder a misfires"}
 
 
 def test_a_result_of_before_has_the_names_of_now(tmp_path: Path) -> None:

@@ -112,6 +112,26 @@ def test_a_barred_range_is_shaded_from_end_to_end() -> None:
     assert ends[0] == pytest.approx(RPM * float(values(result, "barred/from")[0]), rel=1e-6)
 
 
+def test_a_range_that_may_not_be_barred_has_a_shade_and_words_of_its_own() -> None:
+    """Also one that holds the operating speed, 105 rpm, though an old file permits to bar it."""
+    result = golden("marine_propulsion")
+    ranges = {"from": [4.5, 7.2, 10.8], "to": [5.4, 8.1, 11.4], "permitted": [1, 0, 1]}
+    for name, of in ranges.items():
+        quantity = result.record[f"{ROOT}barred/{name}"]
+        axis = replace(quantity.axes[0], values=np.arange(1, 4))
+        result.record.quantities[quantity.path] = replace(
+            quantity, values=np.array(of), axes=(axis,)
+        )
+    axes = figure(result, "torsion_speeds").axes[0]
+    shown = [(one.get_label(), one.get_facecolor()) for one in axes.patches]
+    for patch, *ends in zip(axes.patches, ranges["from"], ranges["to"], strict=True):
+        at = patch.get_x(), patch.get_x() + patch.get_width()
+        assert at == pytest.approx(RPM * np.array(ends))
+    assert shown[0][0] == "barred for continuous operation"
+    assert shown[1][0] == "not acceptable: may not be barred"
+    assert shown[0][1] != shown[1][1] == shown[2][1]
+
+
 @pytest.mark.parametrize("of", ["speeds", "largest"])
 def test_a_limit_of_the_case_stands_in_every_panel_of_its_quantity(of: str) -> None:
     """On all sections, on one of them alone, on what is scaled; one on another speed nowhere."""

@@ -83,6 +83,13 @@ def steady(draw: np.random.Generator) -> dict[str, Any]:
     return {"speed": (24.3, 24.3), "given": 24.3 * (1.0 + draw.uniform(-0.06, 0.06))}
 
 
+def constant(draw: np.random.Generator) -> dict[str, Any]:
+    return {"speed": (draw.uniform(24.3, 24.9),) * 2}
+
+
+#: turns that are sampled alike: 33 samples in each, and 100 in three of them
+ALIKE: dict[str, Any] = {"disc": "even", "rate": 801.9, "speed": (24.3, 24.3)}
+IN_THREE: dict[str, Any] = {"disc": "even", "rate": 800.0, "speed": (24.0, 24.0)}
 #: what records are made with, and what of it is drawn for each
 KINDS: dict[str, tuple[dict[str, Any], Callable[[np.random.Generator], dict[str, Any]]]] = {
     "noise": ({"smooth": True}, runs),
@@ -98,6 +105,13 @@ KINDS: dict[str, tuple[dict[str, Any], Callable[[np.random.Generator], dict[str,
     "even disc with jitter": ({"disc": "even", "jitter": 0.01}, runs),
     "even disc, coarse": ({"disc": "even", "rate": 800.0}, runs),
     "even disc, coarse, with jitter": ({"disc": "even", "rate": 800.0, "jitter": 0.01}, runs),
+    "even disc, coarse, constant speed": ({"disc": "even", "rate": 800.0}, constant),
+    "even disc, coarse, turns alike": (ALIKE, lambda _: {}),
+    "even disc, coarse, turns alike, with jitter": ({**ALIKE, "jitter": 0.01}, lambda _: {}),
+    "even disc, coarse, three turns alike": (IN_THREE, lambda _: {}),
+    "even disc, coarse, three turns alike, with jitter": (
+        {**IN_THREE, "jitter": 0.01}, lambda _: {},
+    ),
     "coarse": ({"rate": 800.0}, runs),
     "coarse, always alike": ({"rate": 500.0, "pulses": 1, "speed": (25.0, 25.0)}, lambda _: {}),
     "wrong speed": ({}, steady),

@@ -177,6 +177,23 @@ def test_verdicts_name_every_miss() -> None:
     assert "1 of 2 limits is kept" in text
 
 
+def test_verdicts_have_speeds_in_rpm_and_frequencies_in_hertz() -> None:
+    """As reports do, also where the result is largest; the case may give them in rad/s."""
+    peak = "isolation/couple_over_lever/run_up_peak_speed"
+    mode, force = "isolation/pitch/natural_frequency", "isolation/couple_over_lever/run_up"
+    rows = {peak: {"max": "30 rad/s"}, mode: {"min": 40.0}, force: {"max": "0.01 kN"}}
+    limits = [{"quantity": path, **bound} for path, bound in rows.items()]
+    result = generator(limit=limits, reference=[])
+    text = render_verdicts(result)
+    assert "rad/s" not in text
+    speed, frequency = (float(result.record[path].values) for path in (peak, mode))
+    shown = f"{speed * 30.0 / np.pi:.6g} rpm, margin {(30.0 - speed) * 30.0 / np.pi:.3g}"
+    assert f"MISSED limit on {peak} is broken: {shown}" in text
+    shown = f"{frequency / (2.0 * np.pi):.6g} Hz, margin {(frequency - 40.0) / (2.0 * np.pi):.3g}"
+    assert f"MISSED limit on {mode} is broken: {shown}" in text
+    assert "worst speed=" in text
+
+
 @pytest.mark.parametrize("width", long_but([60, 80, 100], 60))
 def test_a_narrow_terminal_cuts_no_number_and_no_name(width: int) -> None:
     output = io.StringIO()

@@ -172,6 +172,16 @@ def test_a_margin_within_the_error_keeps_a_limit_and_an_infinite_value_breaks_it
     assert judge(at_least).limits[0].kept.tolist() == [False, True]
 
 
+def test_a_limit_of_two_sides_counts_once_as_in_a_run() -> None:
+    band = {"quantity": PEAK, "min": 2.0, "max": 4.0}
+    sweep = one_axis([1.0, 3.0, 5.0], limits=[band])
+    judged = judge(sweep)
+    assert [one.side for one in judged.limits] == ["max", "min"]
+    assert share_within_limits(sweep, judged).startswith("the limit is kept at 1 of 3 ")
+    sweep = one_axis([1.0, 3.0, 5.0], limits=[band, {"quantity": PEAK, "max": 9.0}])
+    assert share_within_limits(sweep, judge(sweep)).startswith("both limits are kept at 1 of 3 ")
+
+
 def test_the_region_is_the_box_around_all_points_that_keep_the_limits() -> None:
     sweep = mounts()
     judged = judge(sweep)

@@ -17,6 +17,7 @@ from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Record, Result
 from vibecalc.core.run.stage import Harmonics
+from vibecalc.numerics.rounding import first_of_largest, firsts_of_largest, ranked
 from vibecalc.torsion.report.first_page import barred, conclusion
 from vibecalc.torsion.report.limits import flags
 from vibecalc.torsion.report.line import orders_words, within
@@ -188,3 +189,27 @@ def test_orders_are_named_that_are_whole_or_half(orders: list[float], words: str
     assert orders_words(np.array(orders)) == words
     number = Harmonics(len(orders), orders[0], orders[-1], "rule").words()
     assert ("up to" in number) == (len(orders) > 1 and "every" not in words)
+
+
+def test_of_conditions_that_are_equal_but_for_rounding_the_first_is_named() -> None:
+    """As of cylinders that are equal by symmetry: no word hangs on the last digits."""
+    reports = []
+    for last_digits in (1.0 - 1e-12, 1.0 + 1e-12):
+        result = golden("marine_propulsion")
+        for path, one in result.record.items():
+            if one.axes and one.axes[0].name == "condition" and one.values.dtype.kind == "f":
+                values = np.repeat(one.values[1:2], len(one.values), axis=0)
+                values[3] *= last_digits
+                result.record.quantities[path] = replace(one, values=values)
+        reports.append(render_report(replace(result, verdicts=None), full=True))
+    assert reports[0] == reports[1]
+    assert "misfire of cylinder 3 (worst of" not in reports[0]
+
+
+def test_equal_sections_swap_no_names() -> None:
+    load = np.array([[1.0, 2.0, 2.0 + 1e-12], [3.0, 3.0 - 1e-12, 1.0], [np.inf, 1.0, np.inf]])
+    assert firsts_of_largest(load, axis=1).tolist() == [1, 0, 0]
+    assert [first_of_largest(one) for one in load] == [1, 0, 0]
+    assert firsts_of_largest(-load, axis=0).tolist() == [0, 2, 1]
+    assert first_of_largest([2.0, 2.0 + 1e-8]) == 1
+    assert ranked([1.0, np.inf, 2.0, 2.0 + 1e-12, np.inf, 3.0]).tolist() == [1, 4, 5, 2, 3, 0]

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # Pressure cards: the gas pressure in a cylinder against its own crank angle, over one cycle.
@@ -163,9 +164,9 @@ def within_cards(known: ArrayLike, value: ArrayLike) -> BoolArray:
 def card_weights(card_value: ArrayLike, value: ArrayLike) -> FloatArray:
     """Weights (..., c) of c cards taken at ascending speeds (or loads) at the values (...) asked.
 
-    Linear between two neighbours. The torque is linear in the pressure, so that the same weights
-    hold for its harmonics. A single card holds at every value, one at an end also for what is
-    beyond it by roundings, as of values in other units.
+    Speeds are in rad/s. Linear between two neighbours. The torque is linear in the pressure, so
+    that the same weights hold for its harmonics. A single card holds at every value, one at an end
+    also for what is beyond it by roundings, as of values in other units.
 
     Raises
     ------
@@ -178,10 +179,11 @@ def card_weights(card_value: ArrayLike, value: ArrayLike) -> FloatArray:
         return np.ones((*asked.shape, 1))
     outside = ~within_cards(known, asked)
     if np.any(outside):
+        turns = convert(1.0, "rad/s", "rpm")
         raise NumericalFailure(
-            f"gas cards: {np.extract(outside, asked)[0]:.6g} lies outside the cards' range, "
-            f"{known[0]:.6g} to {known[-1]:.6g} (SI units, speeds in rad/s); give a card at or "
-            "beyond that value"
+            f"gas cards: {turns * np.extract(outside, asked)[0]:.6g} rpm lies outside the cards' "
+            f"range, {turns * known[0]:.6g} to {turns * known[-1]:.6g} rpm; give a card at or "
+            "beyond that speed"
         )
     asked = np.clip(asked, known[0], known[-1])
     upper = np.clip(np.searchsorted(known, asked, side="left"), 1, len(known) - 1)

@@ -69,7 +69,8 @@ class Shaft(NamedTuple):
     Standard uncertainties in rad: `zero` of where the angle is zero, `wander` of what is left about
     it (root mean square), `scatter` of one pulse. `late` (p,) is by how much each pulse of a disc
     comes late, which repeats each turn; zeros where that is not seen. Of an even disc `scatter` is
-    in the angle within each turn, see `shortened`.
+    in the angle within each turn, see `shortened`, and `torsion` (root mean square) is what
+    sampling may have made of its pattern.
     """
 
     angles: FloatArray
@@ -78,6 +79,7 @@ class Shaft(NamedTuple):
     wander: float = 0.0
     scatter: float = 0.0
     late: FloatArray = np.zeros(1)
+    torsion: float = 0.0
 
     @property
     def start(self) -> float:
@@ -103,7 +105,8 @@ def shaft_of_pulses(pulses: Pulses, per_turn: int, even: bool = False) -> Shaft:
     as many pieces as the pulses ask for (AICc, Hurvich and Tsai, Biometrika 76, 1989, 297-307), d
     the pattern of the disc, j = k mod p, e what a pulse scatters by. Of a disc that is said to be
     `even` each pulse counts as it came, with all that it scatters by, and a pattern is motion of
-    the shaft.
+    the shaft, up to what sampling may have made of it. Where pulses of a square wave show nothing
+    but their sampling at a constant speed, that speed counts.
     """
     times, count = pulses.times, pulses.times.size
     angles = _TURN * np.arange(count) / per_turn
@@ -111,6 +114,9 @@ def shaft_of_pulses(pulses: Pulses, per_turn: int, even: bool = False) -> Shaft:
     if count < 2 * per_turn + 8:
         off = rate * pulses.sampling
         return Shaft(angles, times, off / count**0.5, off, off, np.zeros(per_turn))
+    if even and pulses.square and (steady := _at_constant_speed(pulses, angles)) is not None:
+        off = rate * steady.room
+        return Shaft(angles, steady.times, off / 3.0**0.5, off, 0.0, np.zeros(per_turn))
     fit = min(_fits(pulses, angles, per_turn), key=lambda one: one.criterion)
     spread, late = rate * fit.deviation, rate * fit.late
     if spread < _CLEAN and not np.any(np.abs(late) > _CLEAN):
@@ -123,9 +129,44 @@ def shaft_of_pulses(pulses: Pulses, per_turn: int, even: bool = False) -> Shaft:
         shift, zero = 0.5 * (low + high), 0.25 * zero + (rate * (high - low)) ** 2 / 12.0
     if even:
         spread = rate * _scatter_of_each(pulses, fit)
-        return Shaft(angles, times + shift, zero**0.5, spread, spread, np.zeros(per_turn))
+        return Shaft(
+            angles, times + shift, zero**0.5, spread, spread, np.zeros(per_turn),
+            rate * _sampled_pattern(pulses, fit, per_turn),
+        )  # fmt: skip
     wander = spread * ((fit.unknowns - 1.0) / count) ** 0.5
     return Shaft(angles - late[0], fit.smooth + shift, zero**0.5, wander, spread, late)
+
+
+class _Steady(NamedTuple):
+    """Times (k,) of a constant speed, s, and how far all pulses may be off it alike, s."""
+
+    times: FloatArray
+    room: float
+
+
+def _at_constant_speed(pulses: Pulses, angles: FloatArray) -> _Steady | None:
+    """The constant speed that lies between the samples of all jumps, None if there is none.
+
+    Where there is one the pulses show nothing but their sampling, which at a constant speed repeats
+    from turn to turn and would count as torsion of the shaft in every block alike. It is the line
+    as far as can be from all of these samples, by a linear program.
+    """
+    from scipy.optimize import linprog
+
+    line = np.stack([np.ones(angles.size), np.linspace(-1.0, 1.0, angles.size)], axis=1)
+    straight = line @ np.linalg.lstsq(line, pulses.times, rcond=None)[0]
+    width = float(np.max(pulses.after - pulses.before))
+    above, below = ((one - straight) / width for one in (pulses.before, pulses.after))
+    room = np.ones((angles.size, 1))
+    found = linprog(
+        [0.0, 0.0, -1.0],
+        A_ub=np.block([[-line, room], [line, room]]),
+        b_ub=np.concatenate([-above, below]),
+        bounds=(None, None),
+    )
+    if found.status != 0 or found.x[2] <= 0.0:
+        return None
+    return _Steady(straight + width * (line @ found.x[:2]), width * float(found.x[2]))
 
 
 def _scatter_of_each(pulses: Pulses, fit: "_Fit") -> float:
@@ -138,6 +179,24 @@ def _scatter_of_each(pulses: Pulses, fit: "_Fit") -> float:
     apart = (left / (pulses.times.size - fit.unknowns)) ** 0.5
     repeated = float(np.sqrt(np.mean(fit.late**2)))
     return max(float(apart), min(pulses.sampling, float(np.hypot(apart, repeated))))
+
+
+#: standard deviations of a mean over the turns up to which a pattern is one by chance
+_BY_CHANCE = 1.5
+
+
+def _sampled_pattern(pulses: Pulses, fit: "_Fit", per_turn: int) -> float:
+    """Root mean square in s of what sampling may have made of the pattern of an even disc.
+
+    At a constant speed each turn is sampled alike: what the pulses are off by then is the same in
+    every block, whose scatter does not show it. What chance leaves of the mean over the turns is
+    none: the blocks scatter by it.
+    """
+    apart = pulses.times - fit.smooth
+    pattern = np.array([np.mean(apart[place::per_turn]) for place in range(per_turn)])
+    repeated, turns = float(np.std(pattern)), apart.size / per_turn
+    by_chance = _BY_CHANCE * float(np.std(apart)) / turns**0.5
+    return min(pulses.sampling, repeated) if repeated > by_chance else 0.0
 
 
 #: rad; pulses that scatter by less count as they came
@@ -327,6 +386,7 @@ class Recording:
             shaft = shaft._replace(zero=zero, wander=min(shaft.wander, float(np.std(turn))))
             turned = found.amplitudes * np.exp(-1j * np.multiply.outer(turn - turn.mean(), every))
             found = found._replace(amplitudes=turned)
+        torsion = float(np.hypot(torsion, shaft.torsion))
         off = by_angle(np.mean(found.amplitudes, axis=1), every, shaft.wander, torsion)
         return Tracked(found, shaft, off[..., at], words, runs)
 

@@ -44,10 +44,24 @@ _EQUAL = 1e-9
 
 def first_of_largest(values: ArrayLike) -> int:
     """Place of the largest of values (n,), of those equal but for rounding the first one."""
+    return int(firsts_of_largest(values, axis=0))
+
+
+def firsts_of_largest(values: ArrayLike, axis: int) -> IntArray:
+    """The same along an axis of values (...)."""
     size = np.asarray(values, dtype=float)
-    largest = np.max(size)
-    slack = _EQUAL * abs(largest) if np.isfinite(largest) else 0.0
-    return int(np.argmax(size >= largest - slack))
+    largest = np.max(size, axis=axis, keepdims=True)
+    slack = np.where(np.isfinite(largest), _EQUAL * np.abs(largest), 0.0)
+    return np.asarray(np.argmax(size >= largest - slack, axis=axis))
+
+
+def ranked(values: ArrayLike) -> IntArray:
+    """Places of values (n,), the largest first; those equal but for rounding in their order."""
+    size = np.asarray(values, dtype=float)
+    order = np.argsort(-size, kind="stable")
+    with np.errstate(invalid="ignore"):  # of two that have no end
+        apart = -np.diff(size[order]) > _EQUAL * np.abs(size[order][:-1])
+    return np.asarray(order[np.lexsort((order, np.cumsum(np.append(False, apart))))])
 
 
 def floats(*values: ArrayLike) -> tuple[FloatArray, ...]:

@@ -148,9 +148,9 @@ def condition_names(options: "Conditions", cylinders: Iterable[str]) -> tuple[st
     names = tuple(cylinders)
     found = [ALL_FIRE]
     if options.misfire == "each":
-        found += [f"{name} misfires" for name in names]
+        found += [f"misfire of cylinder {name}" for name in names]
     if options.imbalance is not None:
-        found += [f"{name} out of balance" for name in names]
+        found += [f"imbalance of cylinder {name}" for name in names]
     return (*found, GIVEN) if options.pressure_scale else tuple(found)
 
 
@@ -318,7 +318,8 @@ class TorsionLimit(Table):
         "instead: torque over speed of sections or gears, a table or a CSV", None
     )
     alternating_share: Number | None = key(
-        "instead, of gears: alternating torque over the mean at the operating speed",
+        "instead, of gears: alternating torque over the mean at the operating speed; in a "
+        "condition of the cylinders over the mean that it leaves",
         None,
         gt=0,
         le=10,

@@ -23,7 +23,7 @@ from vibecalc.core.report.html import (
 )
 from vibecalc.core.report.sections import Section, other, read_as, section, stacked, table_of
 from vibecalc.core.report.text import OF_STUDIES, identity
-from vibecalc.core.report.verdicts import bounds_of, in_percent, judge_references, place_of
+from vibecalc.core.report.verdicts import as_read, bounds_of, in_percent, judge_references, place_of
 from vibecalc.core.report.writing import (
     Column,
     as_text,
@@ -196,6 +196,7 @@ def limit_table(rows: Sequence[Verdict], *notes: str) -> list[str]:
 
 
 def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
+    row = as_read(row)
     element, limit, source = row.element, row.limit, row.source
     unit = "%" if not element and read_as(row.quantity, row.unit)[1] == "%" else row.unit
     factor = 1.0 if unit == row.unit else convert(1.0, row.unit, unit)

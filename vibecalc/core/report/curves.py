@@ -49,6 +49,7 @@ from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.catalogue import deciding
 from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.core.results.verdicts import entries
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.units import convert, parse_quantity
 
 if TYPE_CHECKING:
@@ -315,19 +316,25 @@ def limits(path: str, words: str = "", mirrored: bool = False) -> Mark:
 
 
 def spans(path: str, words: str = "", ends: tuple[str, str] = ("low", "high"), strip: int = 99,
-          **look: Any) -> Mark:  # fmt: skip
-    """Shaded intervals between the `ends` below `path`; more than `strip` of them at the foot."""
+          only: Callable[[Result], BoolArray] | None = None, **look: Any) -> Mark:  # fmt: skip
+    """Shaded intervals between the `ends` below `path`; more than `strip` of them at the foot.
+
+    With `only`, those for which it is true.
+    """
 
     def draw(plot: "Plot") -> None:
         low, high = (sourced(f"{path}/{end}", plot.result) for end in ends)
         if low is None or high is None:
             return
         factor = convert(1.0, low.unit, READ_IN.get(low.unit, low.unit))
-        upto = _STRIP if low.values.size > strip else 1.0
+        shaded = factor * np.array([low.values, high.values])
+        if only is not None:
+            shaded = shaded[:, only(plot.result)]
+        upto = _STRIP if shaded.shape[1] > strip else 1.0
         style = {"color": "#f3c6cc", "linewidth": 1.0, "zorder": 0, **look}
-        for i, (start, stop) in enumerate(zip(low.values, high.values, strict=True)):
+        for i, (start, stop) in enumerate(shaded.T.tolist()):
             label = None if i else words or None
-            plot.axes.axvspan(factor * start, factor * stop, 0.0, upto, label=label, **style)
+            plot.axes.axvspan(start, stop, 0.0, upto, label=label, **style)
 
     return draw
 

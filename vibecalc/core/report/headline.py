@@ -19,7 +19,14 @@ from vibecalc.core.report.goals import (
     label_of,
 )
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
-from vibecalc.core.report.verdicts import at_rpm, bounds_of, entry_in_words, in_percent, place_of
+from vibecalc.core.report.verdicts import (
+    at_rpm,
+    bounds_of,
+    entry_in_words,
+    in_percent,
+    place_of,
+    with_unit,
+)
 from vibecalc.core.report.writing import decibels, number, read, short, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
@@ -117,18 +124,8 @@ def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
             at = same[-1] + 1 if same else len(answers)
             answers.insert(at, _own_row(limit))
         one = answers[at]
-        answers[at] = one._replace(limits=(*one.limits, _in_unit(limit, one.unit)))
+        answers[at] = one._replace(limits=(*one.limits, with_unit(limit, one.unit)))
     return sorted((_with_rule(one, limits) for one in answers), key=_urgency)
-
-
-def _in_unit(limit: Verdict, unit: str) -> Verdict:
-    """The limit with its bounds and numbers in another unit."""
-    factor = convert(1.0, limit.unit, unit)
-    low, high = (None if one is None else factor * one for one in (limit.min, limit.max))
-    return limit._replace(
-        unit=unit, computed=factor * limit.computed, margin=factor * limit.margin,
-        error_estimate=limit.error_estimate * factor, min=low, max=high,
-    )  # fmt: skip
 
 
 def _with_rule(answer: Answer, limits: Sequence[Verdict]) -> Answer:

@@ -21,7 +21,9 @@ from vibecalc.core.report.verdicts import (
     OUTSIDE,
     WITHIN,
     ReferenceRow,
+    as_read,
     bounds_of,
+    label_of,
     place_of,
 )
 from vibecalc.core.report.writing import (
@@ -76,9 +78,9 @@ _NOT_SHOWN = "not reproducible"
 def limits(rows: Sequence[Verdict]) -> list[str]:
     """The table of limits: those of the case in its order, then those of rules and makers."""
     cells = []
-    for row in rows:
+    for row in map(as_read, rows):
         picks = _picks(row.where)
-        entry = f"worst {row.label}" if row.label not in ("", picks) else picks
+        entry = f"worst {label_of(row)}" if row.label not in ("", picks) else picks
         name = _name(row, row.borne or entry, f"({row.source})" if row.source else "")
         shown, bounds = show(row.computed, row.error_estimate), "\n".join(bounds_of(row))
         cells.append([name, bounds, shown, margin(row), row.unit, limit_verdict(row)])

@@ -30,6 +30,7 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis, Estimate, Quantity, Record, Result
+from vibecalc.numerics.rounding import first_of_largest
 
 # ----------------------------------------------------------------------------
 # What stands in a description.
@@ -315,7 +316,7 @@ def _largest(quantity: Quantity, place: int | None, write: Callable[[Any], str])
     """That of the entries along the second axis with its name, which a zero has not."""
     if place is None:
         return ""
-    top = int(np.argmax(magnitudes(quantity)[place]))
+    top = first_of_largest(magnitudes(quantity)[place])
     text = write(quantity.values[place, top].item())
     return text if text == "0" else f"{text} {labels(quantity.axes[1])[top]}"
 

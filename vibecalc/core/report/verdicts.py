@@ -5,7 +5,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from vibecalc.core.report.writing import DIGITS, rpm, show
+from vibecalc.core.report.sections import read_as
+from vibecalc.core.report.writing import DIGITS, show
 from vibecalc.core.results.printed import read_printed, tolerance_of
 from vibecalc.core.results.record import (
     KEPT,
@@ -98,8 +99,8 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) -> lis
         for row in references
         if row.within is False
     ]
-    for limit in (row for row in limits if not row.satisfied):
-        where = f" at {limit.label}" * bool(limit.label)
+    for limit in (as_read(row) for row in limits if not row.satisfied):
+        where = f" at {label_of(limit)}" * bool(limit.label)
         where = f" ({limit.borne})" if limit.borne else where
         expected = f"was expected to be {limit.expect}, " * (limit.expect != KEPT)
         left = f"margin {limit.margin:.3g}"
@@ -110,25 +111,57 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) -> lis
     return problems
 
 
-_SPEED = re.compile(r"\b\w*speed=(\S+) rad/s")
+_CIRCULAR = re.compile(r"\b(\w+)=(\S+) rad/s")
+_SPEED = re.compile(r"\b\w*speed=(\S+ rpm)")
+
+
+def label_of(row: Verdict) -> str:
+    """The worst entry by its axes: `mount=1, speed=300 rpm`; other frequencies in Hz."""
+    return _CIRCULAR.sub(_turning, row.label)
 
 
 def place_of(row: Verdict) -> str:
     """The worst entry in words, a speed in rpm."""
-    words = _SPEED.sub(lambda speed: at_rpm(speed[1]), row.label)
-    words = re.sub(r"(\w+)=([^,]*)", lambda pair: entry_in_words(*pair.groups()), words)
+    words = re.sub(r"(\w+)=([^,]*)", _named_entry, _SPEED.sub(r"at \1", label_of(row)))
     return words.replace(", at ", " at ")
+
+
+def _turning(found: re.Match[str]) -> str:
+    axis, value = found[1], float(found[2])
+    unit = "rpm" if axis.endswith("speed") else "Hz"
+    return f"{axis}={show(convert(value, 'rad/s', unit))} {unit}"
+
+
+def _named_entry(found: re.Match[str]) -> str:
+    return entry_in_words(found[1], found[2])
 
 
 def at_rpm(speed: float | str) -> str:
     """A speed in rad/s as a place that people read."""
-    return f"at {show(rpm(float(speed)))} rpm"
+    return f"at {show(convert(float(speed), 'rad/s', 'rpm'))} rpm"
 
 
 def entry_in_words(axis: str, entry: str) -> str:
     """`mount 1`; an entry that says what it is of stands alone: `elastic coupling`."""
     name = axis.replace("_", " ")
     return entry if name in entry.split() else f"{name} {entry}"
+
+
+def with_unit(limit: Verdict, unit: str) -> Verdict:
+    """The limit with its bounds and numbers in another unit."""
+    factor = convert(1.0, limit.unit, unit)
+    low, high = (None if one is None else factor * one for one in (limit.min, limit.max))
+    return limit._replace(
+        unit=unit, computed=factor * limit.computed, margin=factor * limit.margin,
+        error_estimate=limit.error_estimate * factor, min=low, max=high,
+    )  # fmt: skip
+
+
+def as_read(row: Verdict) -> Verdict:
+    """The limit in the unit that reports have for speeds, rpm, and for frequencies, Hz."""
+    if row.unit != "rad/s":
+        return row
+    return with_unit(row, read_as(row.quantity, row.unit)[1])
 
 
 def bounds_of(row: Verdict, factor: float = 1.0) -> list[str]:

@@ -60,8 +60,14 @@ AXES = {
     "bare_mode": "mode_without_dampers",
     "secondary_damping": _OVER_PRIMARY,
 }
-#: axis of a result -> beginning of an entry of it -> what stands there now
-ENTRIES: dict[str, dict[str, str]] = {"curve": {"own damping ": "absorber damping ratio "}}
+#: axis of a result -> pattern of a whole entry of it -> what it is called now
+ENTRIES: dict[str, dict[str, str]] = {
+    "curve": {"own damping (.*)": r"absorber damping ratio \1"},
+    "condition": {
+        "(?!misfire of )(.*) misfires": r"misfire of cylinder \1",
+        "(?!imbalance of )(.*) out of balance": r"imbalance of cylinder \1",
+    },
+}
 #: field of a stored verdict -> its name now
 VERDICT_FIELDS = {"use": "utilisation"}
 
@@ -136,9 +142,10 @@ def current_axis(name: str) -> str:
 
 def current_entry(axis: str, entry: Any) -> Any:
     """What an entry of an axis, which is called so now, is called now."""
-    begins = ENTRIES.get(axis, {}) if isinstance(entry, str) else {}
-    old = next((old for old in begins if entry.startswith(old)), None)
-    return entry if old is None else begins[old] + entry.removeprefix(old)
+    patterns = ENTRIES.get(axis, {}) if isinstance(entry, str) else {}
+    found = (re.fullmatch(old, entry) for old in patterns)
+    old = next((one for one in found if one), None)
+    return entry if old is None else old.expand(patterns[old.re.pattern])
 
 
 def current_where(where: Any) -> Any:

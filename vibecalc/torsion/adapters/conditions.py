@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded, stack
-from vibecalc.numerics.rounding import BoolArray, FloatArray
+from vibecalc.numerics.rounding import BoolArray, FloatArray, firsts_of_largest
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters import couplings, limits
 from vibecalc.torsion.adapters.bounds import limit_corners
@@ -192,7 +192,7 @@ def _emit_worst(scene: Scene, search: Search) -> None:
         axes = {reading.axis: reading.names}
         worst = np.max([search.curves(name, one) for one in range(len(search.lines))], axis=0)
         curve = Bounded(worst, np.broadcast_to(search.uncertainty(name), worst.shape))
-        condition, row = np.argmax(top.value.value, axis=0), np.arange(worst.shape[1])
+        condition, row = firsts_of_largest(top.value.value, axis=0), np.arange(worst.shape[1])
         most = top.value[condition, row]
         scene.emit(f"{place}/{reading.axis}_speed", top.speed[condition, row], axes=axes)
         scene.emit(f"{place}/{reading.axis}_condition", condition + 1, 0.0, axes)

@@ -7,7 +7,15 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded, bounded, rounded, stack, where
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray, IntArray, distinct
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    UNIT_ROUNDOFF,
+    FloatArray,
+    IntArray,
+    distinct,
+    first_of_largest,
+    firsts_of_largest,
+)
 from vibecalc.torsion.adapters.bounds import CANCELLED, ROUNDINGS, SAME, Bound, Judged, bounds
 from vibecalc.torsion.adapters.motion import Motion, Reading, of_finite
 from vibecalc.torsion.adapters.search import Search, Top
@@ -151,7 +159,7 @@ def _worst(
     speed: FloatArray,
 ) -> None:
     """Largest use of each limit, and the course of the limit in the load that has it."""
-    place = [int(np.argmax(one.value.value)) for one in tops]
+    place = [first_of_largest(one.value.value) for one in tops]
     axes = {"limit": np.arange(1, len(asked) + 1), "speed": speed}
     for quantity, prefix in QUANTITIES.items():
         if not any(bound.quantity == quantity for bound in asked):
@@ -220,7 +228,7 @@ def emit_uses(
     uses = [[one.of(motion)[0] for one in _only_uses(motion.setup)] for motion in motions]
     use = stack([stack([one.max() for one in row]) for row in uses], axis=0)
     if here:
-        worst = np.array([[np.argmax(one.value) for one in row] for row in uses])
+        worst = np.array([[first_of_largest(one.value) for one in row] for row in uses])
         put("operating_utilisation", use)
         element("operating_", worst, np.full(worst.shape, lines[0].speed))
     if search is None:
@@ -228,7 +236,7 @@ def emit_uses(
     best, unbarred = [], []
     for number, bound in enumerate(held[0]):
         top = search.top(f"use {number}")
-        best.append((np.argmax(top.value.value, axis=1), top))
+        best.append((firsts_of_largest(top.value.value, axis=1), top))
         above = use[:, number]
         if bound.basis.rated_speed:
             high = search.top(f"unbarred {number}").value.max()

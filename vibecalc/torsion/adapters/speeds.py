@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibecalc.core.run.stage import Scene, below
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct, first_of_largest
 from vibecalc.torsion.adapters import couplings, limits
 from vibecalc.torsion.adapters.critical import (
     MeetingOrder,
@@ -136,7 +136,8 @@ def _peaks(scene: Scene, setup: Setup, search: Search) -> None:
     torque = search.top(TORQUE).value.value[0]
     torque = np.where(np.isfinite(torque), torque, 0.0)
     stress = np.divide(torque, modulus, out=np.zeros_like(torque), where=modulus > 0.0)
-    chosen = [int(np.argmax(torque)), *([int(np.argmax(stress))] if np.any(stress > 0.0) else [])]
+    loads = [torque, stress] if np.any(stress > 0.0) else [torque]
+    chosen = [first_of_largest(one) for one in loads]
     curve, grid = search.samples[search.clear][:, columns], search.grid[search.clear]
     parts = [
         peaks(search.value, curve, grid, section, search.undamped_at)

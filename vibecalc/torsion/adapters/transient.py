@@ -9,7 +9,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, maximum, where
-from vibecalc.numerics.rounding import EPSILON, FloatArray, distinct
+from vibecalc.numerics.rounding import EPSILON, FloatArray, distinct, first_of_largest
 from vibecalc.numerics.synthesis import Cycles, over_cycle
 from vibecalc.torsion.adapters.motion import (
     TORQUE,
@@ -168,7 +168,7 @@ def _emit_peaks(change: Change, peaks: Peaks) -> None:
     slip = change.path.fastest * np.max(peaks.time_error) + 8.0 * EPSILON * np.max(speed)
     change.emit("peak_speed", speed, float(slip))
     own = Bounded(peaks.peak, peaks.error) / np.abs(change.ratio)
-    change.scene.emit(f"{TRANSIENT}worst_section", int(np.argmax(own.value)) + 1, 0.0)
+    change.scene.emit(f"{TRANSIENT}worst_section", first_of_largest(own.value) + 1, 0.0)
     shaft = change.setup.shaft
     stressed = np.flatnonzero(shaft.section_modulus)
     if len(stressed):

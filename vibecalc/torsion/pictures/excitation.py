@@ -1,6 +1,6 @@
 """Pictures of what the cylinders do to a shaft line: over a cycle, by order, as vectors."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -26,6 +26,7 @@ from vibecalc.core.report.sections import having, labels, speed_of, table_of
 from vibecalc.core.report.sources import Ends, Source, sourced
 from vibecalc.core.report.writing import fold, hertz, rpm, show, turns
 from vibecalc.core.results.record import Quantity, Result
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.torsion.report.line import (
     TORSION,
     at_speed,
@@ -45,7 +46,7 @@ from vibecalc.torsion.report.line import (
     vector,
     worst_section,
 )
-from vibecalc.torsion.report.vibration import drawn
+from vibecalc.torsion.report.vibration import drawn, may_be_barred
 from vibecalc.torsion.results import QUANTITIES
 
 if TYPE_CHECKING:
@@ -78,6 +79,32 @@ def misfire_words(result: Result) -> list[str]:
 def also(words: str) -> Callable[[Result], str]:
     """Words, and what does not fire."""
     return lambda result: ", ".join([words, *misfire_words(result)])
+
+
+#: more bands than these are drawn as a strip at the foot
+BARCODE = 12
+_BARRED = (
+    (True, "#E69F00", "barred for continuous operation"),
+    (False, "#D55E00", "not acceptable: may not be barred"),
+)
+
+
+def barred_shades(named: bool = True) -> Iterator[Mark]:
+    """Ranges barred for continuous operation, and those that may not be; `named` in the legend."""
+    for permitted, colour, words in _BARRED:
+        yield spans(
+            f"{TORSION}barred",
+            words * named,
+            ("from", "to"),
+            BARCODE,
+            only=partial(_barred_where, permitted=permitted),
+            color=colour,
+            alpha=0.25,
+        )
+
+
+def _barred_where(result: Result, permitted: bool) -> BoolArray:
+    return np.asarray(may_be_barred(result) == permitted)
 
 
 def _second(result: Result) -> float | None:
@@ -511,13 +538,7 @@ def _named_panel(name: str, one: str) -> Panel:
         _orders(name, one),
         _measured(name, one),
         operating,
-        spans(
-            f"{TORSION}barred",
-            "barred for continuous operation",
-            ("from", "to"),
-            color="#E69F00",
-            alpha=0.25,
-        ),
+        *barred_shades(),
     )
     if name == "stress":
         lasting, passing = (_own(name, path, one, finite=True) for path in ("allowed", "transient"))

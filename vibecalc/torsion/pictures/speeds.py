@@ -23,7 +23,13 @@ from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.sources import Ends, Look, Source, sourced
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.pictures.excitation import also, misfire_words, torque_words
+from vibecalc.torsion.pictures.excitation import (
+    BARCODE,
+    also,
+    barred_shades,
+    misfire_words,
+    torque_words,
+)
 from vibecalc.torsion.report.limits import limits_of, of_torque, rule_of
 from vibecalc.torsion.report.line import (
     MILLI,
@@ -166,10 +172,7 @@ _MOST, _MOST_SPIKY = 6, 3
 _FAR = 4.0
 #: of the highest value, the least that a logarithmic axis shows
 _DEEP = 1e-3
-#: more bands than these are drawn as a strip at the foot
-_BARCODE = 12
 _SHADES = (
-    ("barred", "#E69F00", 0.25, "barred for continuous operation"),
     ("hammering", "#CC79A7", 0.15, "gear hammer"),
     ("resonances_skipped", "#f3c6cc", 1.0, "undamped critical"),
 )
@@ -378,9 +381,10 @@ def _highest(curve: np.ndarray) -> float:
 
 def _shades(named: bool) -> Iterator[Mark]:
     """Barred ranges, hammering gears, and speeds at which nothing damps the line."""
+    yield from barred_shades(named)
     for name, colour, alpha, words in _SHADES if named else _SHADES[:-1]:
         yield spans(
-            TORSION + name, words * named, ("from", "to"), _BARCODE, color=colour, alpha=alpha
+            TORSION + name, words * named, ("from", "to"), BARCODE, color=colour, alpha=alpha
         )
 
 

@@ -34,6 +34,7 @@ from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.sources import Ends, Look, Source, entry_of, sourced
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.torsion.pictures.excitation import headroom, torque_words
 from vibecalc.torsion.pictures.modes import draw_orders
 from vibecalc.torsion.report.line import (
@@ -305,7 +306,7 @@ _ROOT = TORSION + "variable_inertia/"
 def _changed(result: Result) -> str:
     """The section that changes most."""
     change = result.record.quantities.get(_ROOT + "change")
-    return "" if change is None else labels(change.axes[0])[int(np.argmax(np.abs(change.values)))]
+    return "" if change is None else labels(change.axes[0])[first_of_largest(np.abs(change.values))]
 
 
 def _of_changed(path: str) -> Source:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Found, How, Made, Rows, first, others, part_of, rows_of
+from vibecalc.core.report.rows import Cells, Found, How, Rows, first, others, part_of, rows_of
 from vibecalc.core.report.sections import Section, having, labels, table_of
 from vibecalc.core.report.writing import (
     Column,
@@ -272,29 +272,6 @@ def station_torques(result: Result) -> list[str]:
 
 #: folders of the line with all cylinders firing, and in conditions of the cylinders
 VARIANTS = ("healthy/", "conditions/")
-#: how the names of conditions of one cylinder end -> what is said of it
-_CONDITIONS = {" misfires": "misfire", " out of balance": "imbalance"}
-
-
-def condition_words(name: str) -> str:
-    """A condition of the cylinders by its name in the file: `misfire of cylinder 5`."""
-    for end, words in _CONDITIONS.items():
-        if name.endswith(end):
-            return f"{words} of cylinder {name.removesuffix(end)}"
-    return name
-
-
-def in_words(made: Made) -> Made:
-    """Names of conditions as people read them."""
-
-    def said(record: Record) -> Quantity | None:
-        found = made(record)
-        if found is None:
-            return None
-        return part_of(found, np.array([condition_words(str(one)) for one in found.values]),
-                       *found.axes)  # fmt: skip
-
-    return said
 
 
 def variant_words(result: Result, variant: str) -> str:

@@ -17,6 +17,7 @@ from vibecalc.core.results.record import (
     Result,
 )
 from vibecalc.core.results.verdicts import verdicts_of
+from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.torsion.report.excitation import (
     VARIANTS,
     variant_words,
@@ -218,7 +219,7 @@ def _load(result: Result, words: str, path: str, axis: str, unit: str) -> Iterat
             continue
         named, factor = labels(quantity.axes[0]), convert(1.0, quantity.unit, unit)
         values = np.where(np.isin(named, rings), 0.0, np.asarray(quantity.values, dtype=float))
-        place = int(np.argmax(values))
+        place = first_of_largest(values)
         size, name, at = factor * float(values[place]), named[place], OPERATING
         if size <= 0.0 and axis == "section":
             continue

@@ -20,7 +20,7 @@ from vibecalc.core.results.record import (
 from vibecalc.core.results.select import numbers
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import state_of
-from vibecalc.torsion.report.excitation import condition_words
+from vibecalc.numerics.rounding import firsts_of_largest
 from vibecalc.torsion.report.line import TORSION, speed_range, torque_unit, vector
 
 AT_SPEED = "operating speed"
@@ -72,11 +72,11 @@ def in_conditions(result: Result) -> Iterator[Verdict]:
     found = having(result.record, CONDITION_LEAST, "condition", "gear")
     if found is None:
         return
-    named, worst = labels(found.axes[0]), np.argmin(found.values, axis=0)
+    named, worst = labels(found.axes[0]), firsts_of_largest(-found.values, axis=0)
     for name, place in zip(labels(found.axes[1]), worst, strict=True):
         if place > 0:
             where = {"condition": named[place], "gear": name}
-            words = f"{condition_words(named[place])} (worst of {len(named)} conditions)"
+            words = f"{named[place]} (worst of {len(named)} conditions)"
             yield _reversal(result, found, where, AT_SPEED, words)
 
 

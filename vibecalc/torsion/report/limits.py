@@ -31,8 +31,8 @@ from vibecalc.core.results.record import (
 )
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import Bound, state_of, verdicts_of
+from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.torsion.report.couplings import BORNE, ICE, borne, permitted
-from vibecalc.torsion.report.excitation import condition_words
 from vibecalc.torsion.report.gears import AT_SPEED, covered, in_conditions, in_transient, of_gears
 from vibecalc.torsion.report.line import (
     MEGA,
@@ -87,7 +87,7 @@ def most_used_in_condition(record: Record, place: int, path: str) -> str | None:
     if of is None or not number:
         return None
     condition = labels(of.axes[0])[place // len(of.axes[1].values)]
-    return f"{_loaded(record)[number - 1]}, {condition_words(condition)}"
+    return f"{_loaded(record)[number - 1]}, {condition}"
 
 
 def most_stressed_in_condition(record: Record, place: int, _path: str) -> str | None:
@@ -99,7 +99,7 @@ def most_stressed_in_condition(record: Record, place: int, _path: str) -> str | 
         return None
     section = labels(stress.axes[0])[place]
     at = place_of(number, section)
-    condition = "" if at is None else condition_words(known[int(number.values[at]) - 1])
+    condition = "" if at is None else known[int(number.values[at]) - 1]
     return ", ".join(filter(None, (section, condition)))
 
 
@@ -450,7 +450,7 @@ def _by_use(result: Result) -> Iterator[Verdict]:
             over = None
             for kind, quantity in zip((CONTINUOUS, PASSING, AT_SPEED), quantities[:3], strict=True):
                 shares = np.zeros(1) if quantity is None else _over_conditions(quantity, place)
-                worst = int(np.argmax(shares))
+                worst = first_of_largest(shares)
                 held = kind == AT_SPEED and covered(result, over)
                 if quantity is None or not shares[worst] > 0.0 or held:
                     continue
@@ -475,7 +475,7 @@ def _condition(use: _Use) -> str:
         return "all cylinders fire"
     named = labels(use.quantity.axes[0])
     worst = f" (worst of {len(named)} conditions)" * (len(named) > 1)
-    return condition_words(named[use.condition]) + worst
+    return named[use.condition] + worst
 
 
 def _row(use: _Use, speed: float) -> Verdict:

@@ -30,6 +30,7 @@ from vibecalc.core.report.writing import (
     turns,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.torsion.speed_damping import ARCHER
 
 if TYPE_CHECKING:
@@ -316,7 +317,7 @@ def worst_section(record: Record) -> str | None:
                  "torque_half_range"):  # fmt: skip
         load = vector(record, name, "section")
         if load is not None and 0.0 < np.max(load) < np.inf:
-            return names(record, name, "section")[int(np.argmax(load))]
+            return names(record, name, "section")[first_of_largest(load)]
     return None
 
 

@@ -31,6 +31,7 @@ from vibecalc.core.report.writing import (
     turns,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.torsion.report.line import (
     cell,
     joined,
@@ -144,7 +145,7 @@ def _most_loaded(record: Record) -> str:
         words += "the larger of the steady peaks before and" * both + "the steady one" * (not both)
         words += " after"
     if stress is not None:
-        highest = int(np.argmax(stress.values))
+        highest = first_of_largest(stress.values)
         if (other := labels(stress.axes[0])[highest]) != name:
             words += f". Highest stress: {other!r}, {show(1e-6 * float(stress.values[highest]))}"
             words += " N/mm^2"
@@ -272,7 +273,7 @@ def _changes(record: Record) -> list[str]:
     )
     if variation is None or change is None:
         return []
-    worst = int(np.argmax(np.abs(change.values)))
+    worst = first_of_largest(np.abs(change.values))
     words = (
         f"The inertias vary by up to {_percent(np.max(variation.values))} of their "
         f"mean. At the operating speed this changes the half range of the torque by "
@@ -282,7 +283,7 @@ def _changes(record: Record) -> list[str]:
         having(record, f"{_VARIABLE}largest_change{name}", "section") for name in ("", "_speed")
     )
     if over is not None and where is not None:
-        most = int(np.argmax(np.abs(over.values)))
+        most = first_of_largest(np.abs(over.values))
         words += (
             f", over the speed range by up to {_percent(over.values[most])} "
             f"(section {over.axes[0].values[most]}, {turns(where.values[most])} rpm)"

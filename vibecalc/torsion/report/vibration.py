@@ -28,7 +28,14 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.report.excitation import VARIANTS, condition_words, in_words, variant_words
+from vibecalc.numerics.rounding import (
+    BoolArray,
+    FloatArray,
+    first_of_largest,
+    firsts_of_largest,
+    ranked,
+)
+from vibecalc.torsion.report.excitation import VARIANTS, variant_words
 from vibecalc.torsion.report.limits import (
     basis,
     crank_places,
@@ -100,7 +107,7 @@ def _sections(record: Record) -> list[str]:
     words += "amplitudes of all orders."
     half = having(record, TORSION + "angle_half_range", "station")
     if half is not None and np.any(half.values):
-        top = int(np.argmax(half.values))
+        top = first_of_largest(half.values)
         degrees = cell(half, top, 180.0 / np.pi)
         words += f" Largest angle: {cell(half, top, MILLI)} mrad ({degrees} deg) "
         words += f"half range, at {labels(half.axes[0])[top]}."
@@ -380,7 +387,7 @@ def _largest_along(path: str, along: str, named: bool = False) -> Made:
 
     def largest(found: Quantity) -> Quantity:
         over = [axis.name for axis in found.axes].index(along)
-        place, other = np.argmax(found.values, axis=over), found.axes[1 - over]
+        place, other = firsts_of_largest(found.values, axis=over), found.axes[1 - over]
         names = np.array(labels(found.axes[over]), dtype=object)
         values = names[place].astype(str) if named else np.max(found.values, axis=over)
         return part_of(found, values, other)
@@ -399,9 +406,7 @@ _IRREGULARITY = Rows(
         Cells("largest/speed", "at\nrpm", "rpm"),
         Cells("electrical_angle", "el. angle at\nspeed, deg", "deg"),
         Cells(_largest_along(f"{_ALL}/irregularity", "condition"), "worst"),
-        Cells(
-            in_words(_largest_along(f"{_ALL}/irregularity", "condition", named=True)), "at speed in"
-        ),
+        Cells(_largest_along(f"{_ALL}/irregularity", "condition", named=True), "at speed in"),
     ),
     root=f"{TORSION}irregularity",
     note="Cyclic irregularity: (maximum - minimum) / mean angular speed of the station within a "
@@ -427,11 +432,11 @@ def torsion_conditions(result: Result) -> Section | None:
         Cells(row_of(torque, 0), "all fire\n{unit}", unit),
         Cells(_largest_along(torque, "condition"), "worst\n{unit}", unit),
         Cells(_largest_along(stress, "condition"), "stress\n{unit}", "N/mm^2"),
-        Cells(in_words(_largest_along(torque, "condition", named=True)), "condition"),
+        Cells(_largest_along(torque, "condition", named=True), "condition"),
         Cells(f"{largest}/torque_half_range", "largest\n{unit}", unit),
         Cells(f"{largest}/stress_half_range", "stress\n{unit}", "N/mm^2"),
         Cells(f"{largest}/section_speed", "at\n{unit}", "rpm"),
-        Cells(in_words(named_at(f"{largest}/section_condition", torque)), "condition"),
+        Cells(named_at(f"{largest}/section_condition", torque), "condition"),
     )
     words = (
         f"Half ranges in the worst of {len(record[torque].axes[0].values)} cylinder "
@@ -448,7 +453,7 @@ def torsion_conditions(result: Result) -> Section | None:
 def _highest(found: Found) -> np.ndarray:
     """Conditions of the largest uses of limits, the worst first."""
     most = found[0].values.max(axis=1)
-    return np.argsort(-most, kind="stable")[:_CONDITIONS]
+    return ranked(most)[:_CONDITIONS]
 
 
 _USES = Rows(
@@ -460,7 +465,6 @@ _USES = Rows(
         Cells("operating_utilisation", "limit {} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
-    label=condition_words,
     places=_highest,
     note="Utilisation: load / load allowed in continuous operation.",
 )
@@ -479,7 +483,7 @@ def _every(result: Result) -> list[str]:
         Cells(_largest_along(angle, "station", named=True), "at station"),
     )
     words = "The largest half range of each condition at the operating speed:"
-    of = Rows("condition", "condition", columns, label=condition_words, above=words)
+    of = Rows("condition", "condition", columns, above=words)
     return rows_of(result.record, of)[0]
 
 
@@ -506,16 +510,24 @@ def barred_ranges(result: Result, *, permitted: bool = True, variant: str = "") 
 
     Those of the line as it is, or of a variant: `healthy/`, `conditions/`.
     """
-    low, high, may = (
-        vector(result.record, f"{variant}barred/{name}", "barred")
-        for name in ("from", "to", "permitted")
-    )
-    if low is None or high is None:
-        return []
+    low, high = _ends(result.record, variant)
+    chosen = np.flatnonzero(may_be_barred(result, variant) == permitted)
+    return [f"{turns(low[i])} to {turns(high[i])} rpm" for i in chosen]
+
+
+def may_be_barred(result: Result, variant: str = "") -> BoolArray:
+    """Which of the ranges (b,) may be barred: none that holds the operating speed."""
+    low, high = _ends(result.record, variant)
+    may = vector(result.record, f"{variant}barred/permitted", "barred")
     may = np.ones(len(low)) if may is None else may
     inside = (low <= (at := speed_of(result) or 0.0)) & (at <= high)  # as an older file may not say
-    chosen = np.flatnonzero(((may > 0.0) & ~inside) == permitted)
-    return [f"{turns(low[i])} to {turns(high[i])} rpm" for i in chosen]
+    return np.asarray((may > 0.0) & ~inside)
+
+
+def _ends(record: Record, variant: str) -> list[FloatArray]:
+    """Both ends of each range (b,), in rad/s; none without limits."""
+    ends = [vector(record, f"{variant}barred/{name}", "barred") for name in ("from", "to")]
+    return [np.zeros(0) if end is None else end for end in ends]
 
 
 def acceptable(record: Record, place: int, _path: str) -> str:
@@ -562,7 +574,7 @@ def exceeded_table(record: Record, variant: str = "") -> list[str]:
     )
     root = f"{TORSION}{variant}exceeded"
     condition = named_at(f"{root}/condition", f"{TORSION}conditions/torque_half_range")
-    columns = Cells(in_words(condition), "condition"), *_EXCEEDED
+    columns = Cells(condition, "condition"), *_EXCEEDED
     of = Rows("exceeded", "", [one._replace(of=f"{root}/{one.of}") if isinstance(one.of, str)
                                else one for one in columns], above=above)  # fmt: skip
     return rows_of(record, of)[0]

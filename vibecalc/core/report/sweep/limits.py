@@ -52,9 +52,11 @@ class Judged:
 class Limit(Judged):
     """One side of a `[[limit]]`; `bound` and `margin` (points,), positive inside, are in SI.
 
-    `words` are the side and the bound as written, with its unit: `max 100 N`.
+    `number` is the place in the case of the `[[limit]]`, which may have another side. `words` are
+    the side and the bound as written, with its unit: `max 100 N`.
     """
 
+    number: int
     quantity: str
     where: Mapping[str, Any]
     source: str
@@ -77,14 +79,14 @@ def judge(sweep: SweepView) -> Limits:
     """All limits of the case at all points."""
     limits: list[Limit] = []
     missing: dict[str, None] = {}
-    for row in sweep.case.get("limit") or ():
+    for place, row in enumerate(sweep.case.get("limit") or ()):
         path, where = str(row["quantity"]), dict(row.get("where") or {})
         sides: list[Side] = [side for side in ("max", "min") if row.get(side) is not None]
         for side in sides:
             extreme = deciding(path, where, side)
             found = extreme if extreme in sweep.quantities else path
             if found in sweep.quantities:
-                limits.append(_judge(sweep, row, found, side))
+                limits.append(_judge(sweep, place, row, found, side))
             else:
                 missing[path] = None
     known = np.where(sweep.done, 1.0, np.nan)
@@ -92,7 +94,7 @@ def judge(sweep: SweepView) -> Limits:
     return Limits(state=state, limits=limits, missing=list(missing))
 
 
-def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, side: Side) -> Limit:
+def _judge(sweep: SweepView, place: int, row: Mapping[str, Any], path: str, side: Side) -> Limit:
     (bound,) = bounds_of({side: row[side]}, sweep.quantities[path].unit)
     printed = read_printed(bound.written, default_unit=sweep.quantities[path].unit)
     where = dict(row.get("where") or {})
@@ -103,6 +105,7 @@ def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, side: Side) -> L
         state = held(margin, counted.errors + spread, bound.value)
     return Limit(
         state=np.where(sweep.done, state, np.nan),
+        number=place,
         quantity=path,
         where=where,
         source=str(row.get("source") or ""),
@@ -218,9 +221,8 @@ def limit_lines(sweep: SweepView, judged: Limits) -> list[str]:
 def share_within_limits(sweep: SweepView, judged: Limits) -> str:
     """`all 3 limits are kept at 120 of 441 (27.2 %) computed points`."""
     limits = judged.limits
-    which = {1: "the limit is", 2: "both limits are"}.get(
-        len(limits), f"all {len(limits)} limits are"
-    )
+    count = len({one.number for one in limits})
+    which = {1: "the limit is", 2: "both limits are"}.get(count, f"all {count} limits are")
     words = f"{which} kept at {_share(sweep, judged)} computed points"
     if undecided := np.count_nonzero(judged.open & sweep.independent):
         wanting = (sweep.quantities[one.quantity] for one in limits if np.any(one.open))
