@@ -253,3 +253,11 @@ def test_headlines_are_results_in_units_that_fit() -> None:
 def test_the_largest_of_an_array_keeps_its_sign(values: list[float], largest: float) -> None:
     """Both signs of one size, as rounding leaves them, are the positive one on every processor."""
     assert largest_of(np.array(values)) == largest
+
+
+def test_on_a_foundation_modes_and_displacements_say_what_they_are_of() -> None:
+    """Modes of body and foundation together, and the body itself or relative to the foundation."""
+    text = " ".join(render_report(golden("genset_on_deck"), full=True).split())
+    assert "coupled mode: counted in the table of machine and foundation" in text
+    assert "static, total: deflection, of the body relative to the foundation" in text
+    assert "relative to the foundation" not in render_report(generator(), full=True)

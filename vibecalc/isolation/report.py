@@ -15,6 +15,7 @@ from vibecalc.core.report.rows import (
     over_natural,
     percent,
     rows_of,
+    whole,
 )
 from vibecalc.core.report.sections import Part, Section, scalars, section, table_of
 from vibecalc.core.report.writing import paragraph, show_phase
@@ -22,6 +23,7 @@ from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Result
 from vibecalc.isolation.results import (
     OF_TORQUE,
+    BodyModes,
     Masked,
     Pitch,
     RunUpMaxima,
@@ -57,6 +59,11 @@ _SUPPORTS = Rows(
     "mount", "mount", (*paths_of(SupportForce), *paths_of(SupportDisplacement)), merge=True,
     note="loads: extremes over the cycle with weight and mean torque; negative: tension",
 )  # fmt: skip
+#: where the ground moves a displacement is no deflection
+_MOVING = (
+    "vertical: displacement of the body itself; static, total: deflection, of the body relative to "
+    "the foundation"
+)
 _LEVELS = (
     "transmissibility",
     Cells("transmissibility", "dB", in_decibels),
@@ -68,7 +75,10 @@ def isolation(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     shown = {path for path in record if path.startswith("isolation/") and path.endswith(_DRAWN)}
-    tables = [rows_of(record, one) for one in (_MODES, _SUPPORTS, left_out(Masked.ROOT))]
+    supports = _SUPPORTS
+    if any(path.startswith("foundation/") for path in record):
+        supports = supports._replace(note=f"{supports.note}; {_MOVING}")
+    tables = [rows_of(record, one) for one in (_MODES, supports, left_out(Masked.ROOT))]
     blocks = [scalars(record, (*paths_of(Pitch), *_LEVER), "isolation/"), *tables]
     levels = rows_of(record, Rows("order", "order", _LEVELS, Pitch.ROOT))
     details = {"transmissibility by order": levels}
@@ -101,9 +111,18 @@ _MAXIMA = Rows(
 )  # fmt: skip
 
 
+#: on a foundation that moves: the modes of both, which are more than those of the body
+_COUPLED = Cells(f"{RunUpMaxima.ROOT}/mode", "coupled\nmode", whole)
+_COUNTED = "coupled mode: counted in the table of machine and foundation"
+
+
 def run_up_maxima(result: Result) -> Section | None:
     """A line for each maximum, equal ones of several supports as one; None without any."""
-    return section("Maxima of the run-up, mount force", [rows_of(result.record, _MAXIMA)])
+    maxima = _MAXIMA
+    if BodyModes.WORDS["elsewhere"] in result.record:
+        columns = [_COUPLED if one == _COUPLED.of else one for one in maxima.columns]
+        maxima = maxima._replace(columns=columns, note=f"{maxima.note}; {_COUNTED}")
+    return section("Maxima of the run-up, mount force", [rows_of(result.record, maxima)])
 
 
 # ----------------------------------------------------------------------------
