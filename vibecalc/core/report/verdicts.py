@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from vibecalc.core.report.sections import read_as
-from vibecalc.core.report.writing import DIGITS, rpm, show
+from vibecalc.core.report.writing import DIGITS, show
 from vibecalc.core.results.printed import read_printed, tolerance_of
 from vibecalc.core.results.record import (
     KEPT,
@@ -122,8 +122,7 @@ def label_of(row: Verdict) -> str:
 
 def place_of(row: Verdict) -> str:
     """The worst entry in words, a speed in rpm."""
-    words = _SPEED.sub(r"at \1", label_of(row))
-    words = re.sub(r"(\w+)=([^,]*)", lambda pair: entry_in_words(*pair.groups()), words)
+    words = re.sub(r"(\w+)=([^,]*)", _named_entry, _SPEED.sub(r"at \1", label_of(row)))
     return words.replace(", at ", " at ")
 
 
@@ -133,9 +132,13 @@ def _turning(found: re.Match[str]) -> str:
     return f"{axis}={show(convert(value, 'rad/s', unit))} {unit}"
 
 
-def at_rpm(speed: float) -> str:
+def _named_entry(found: re.Match[str]) -> str:
+    return entry_in_words(found[1], found[2])
+
+
+def at_rpm(speed: float | str) -> str:
     """A speed in rad/s as a place that people read."""
-    return f"at {show(rpm(speed))} rpm"
+    return f"at {show(convert(float(speed), 'rad/s', 'rpm'))} rpm"
 
 
 def entry_in_words(axis: str, entry: str) -> str:

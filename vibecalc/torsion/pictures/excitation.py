@@ -89,11 +89,6 @@ _BARRED = (
 )
 
 
-def _permitted(permitted: bool, result: Result) -> BoolArray:
-    """The ranges (b,) that may be barred, or those that may not."""
-    return np.asarray(may_be_barred(result) == permitted)
-
-
 def barred_shades(named: bool = True) -> Iterator[Mark]:
     """Ranges barred for continuous operation, and those that may not be; `named` in the legend."""
     for permitted, colour, words in _BARRED:
@@ -102,10 +97,14 @@ def barred_shades(named: bool = True) -> Iterator[Mark]:
             words * named,
             ("from", "to"),
             BARCODE,
-            only=partial(_permitted, permitted),
+            only=partial(_barred_where, permitted=permitted),
             color=colour,
             alpha=0.25,
         )
+
+
+def _barred_where(result: Result, permitted: bool) -> BoolArray:
+    return np.asarray(may_be_barred(result) == permitted)
 
 
 def _second(result: Result) -> float | None:
