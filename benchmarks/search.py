@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "published"))
 
 import numpy as np
-from ong_search import TARGET, corrective_energy, grid, objective, search
 from rows import Report, Row, reported, seconds
+from test_published_ong_search import TARGET, corrective_energy, grid, objective, search
 from timing import best_of, cpu_of
 
 from vibecalc.core.study.search.minimise import minimise

@@ -37,7 +37,7 @@ def lines(axes: Any) -> dict[str, Any]:
 
 def assert_apart(made: Any) -> None:
     """Axes with their letters lie on the page and not on each other, as files are laid out."""
-    from vibecalc.core.report.canvas import lay_out
+    from vibecalc.core.report.paper import lay_out
 
     lay_out(made, 200)
     made.canvas.draw()

@@ -67,27 +67,15 @@ def canvas(result: Any, subtitle: str, height: float) -> "Figure":
     `height` is in inches for type of 10 pt; it shrinks with the type, and ends with the page.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(WIDTH, min(TYPE / 10.0 * height, _HIGHEST)), layout="constrained")
+    from vibecalc.core.report.paper import Sheet
+
+    figure = Sheet(figsize=(WIDTH, min(TYPE / 10.0 * height, _HIGHEST)), layout="constrained")
     FigureCanvasAgg(figure)
     title = str(result.case.get("title") or result.name)
     lines = [line for words in f"{title}\n{subtitle}".split("\n") for line in _even(words)]
     figure.suptitle("\n".join(lines).rstrip(), fontsize=9)
     return figure
-
-
-def lay_out(figure: "Figure", dpi: int) -> None:
-    """Make room for all words once, for all formats, which else lay out and draw everything twice.
-
-    Labels of panels above each other stand in one line.
-    """
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        figure.set_dpi(dpi)
-        figure.align_ylabels([axes for axes in figure.axes if axes.get_ylabel()])
-        engine.execute(figure)
-        figure.set_layout_engine(None)
 
 
 def _even(words: str) -> list[str]:

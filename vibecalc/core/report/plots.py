@@ -1,6 +1,8 @@
 """Pictures of a result as files: which there are and how they are written; that of methods."""
 
 import math
+import struct
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -10,17 +12,10 @@ from itertools import dropwhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from vibecalc.core.report.accuracy import TopicView, topics_of
-from vibecalc.core.report.canvas import (
-    COLOURS,
-    LIMIT,
-    QUIET,
-    TOTAL,
-    TYPE,
-    canvas,
-    lay_out,
-    panels_of,
-)
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, panels_of
 from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, operating, usual_ends
 from vibecalc.core.report.defects import failed_parts, survived
 from vibecalc.core.report.sections import labels
@@ -95,7 +90,7 @@ _RESOLUTION = 200
 _DPI = (50, 1200)
 #: formats, and what a file would say of the time and the versions that made it
 _SILENT: dict[str, dict[str, None]] = {
-    "png": {"Software": None},
+    "png": {},
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
@@ -277,11 +272,45 @@ def _save(figure: "Figure", path: Path, form: str, dpi: int) -> Path:
 
 
 def _image(figure: "Figure", form: str, dpi: int) -> bytes:
+    from vibecalc.core.report.paper import lay_out
+
     with _matplotlib().rc_context(STYLE):
         lay_out(figure, dpi)
+        if form == "png":
+            return png(figure, dpi)
         image = BytesIO()
         figure.savefig(image, format=form, dpi=dpi, metadata=_SILENT[form])
         return image.getvalue()
+
+
+#: from 1, quick, to 9, small: 6 takes twice the time of 3 for a tenth of the size
+_PACKED = 3
+
+
+def png(figure: "Figure", dpi: int) -> bytes:
+    """A figure as a png file (ISO/IEC 15948): rows of red, green, blue, which nothing filters.
+
+    Curves on white paper are smaller so, and packed in a third of the time, than with the filters
+    that Pillow tries on every row.
+    """
+    canvas: Any = figure.canvas
+    canvas.draw()
+    colours = np.asarray(canvas.buffer_rgba())[..., :3]
+    high, wide, _ = colours.shape
+    rows = np.zeros((high, 1 + 3 * wide), np.uint8)  # each begins with its filter: none
+    rows[:, 1:].reshape(high, wide, 3)[...] = colours
+    dots = round(dpi / 0.0254)
+    chunks = (
+        (b"IHDR", struct.pack(">IIBBBBB", wide, high, 8, 2, 0, 0, 0)),
+        (b"pHYs", struct.pack(">IIB", dots, dots, 1)),
+        (b"IDAT", zlib.compress(rows.data, _PACKED)),
+        (b"IEND", b""),
+    )
+    image = b"\x89PNG\r\n\x1a\n"
+    for name, data in chunks:
+        check = struct.pack(">I", zlib.crc32(name + data))
+        image += struct.pack(">I", len(data)) + name + data + check
+    return image
 
 
 def named_curves() -> dict[str, Curves]:
