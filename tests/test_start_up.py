@@ -63,7 +63,7 @@ SAYING = (
     "tables", "shaft_line_tables", "rules", "form", "stage", "results",
     "checks", "motor_checks", "line_checks", "engine_rules", "question_tables",
     "question_checks", "line_part_tables", "study_results",
-    "coupling_results", "asked", "asked_tables", "motion_results", "readings",
+    "asked", "asked_tables", "motion_results", "readings",
 )  # fmt: skip
 #: what checks count with
 COUNTING = (

@@ -20,14 +20,13 @@ from vibecalc.core.report.goals import (
 )
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
 from vibecalc.core.report.verdicts import (
-    at_rpm,
     bounds_of,
     entry_in_words,
     in_percent,
     place_of,
     with_unit,
 )
-from vibecalc.core.report.writing import decibels, number, read, short, show, table
+from vibecalc.core.report.writing import decibels, number, read, rpm, short, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import (
@@ -296,7 +295,7 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         there = _same_entry(record.quantities.get(one.at), quantity, place)
         if there is not None:
             speed, unit = there
-            met = {"rad/s": at_rpm(speed), "Hz": f"at {show(speed)} Hz"}
+            met = {"rad/s": f"at {show(rpm(speed))} rpm", "Hz": f"at {show(speed)} Hz"}
             words.append(met.get(unit, f"at frequency ratio {show(speed)}"))
         entry = {axis.name: entry_text(axis, k)
                  for axis, k in zip(quantity.axes, place, strict=True)}  # fmt: skip
@@ -330,7 +329,7 @@ def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
         if axis.values.dtype.kind == "f":
             shown = f"{short(float(value) * convert(1.0, axis.unit, unit))} {unit}".rstrip()
         turns = axis.unit == "rad/s"
-        words.append(at_rpm(float(value)) if turns else entry_in_words(name, shown))
+        words.append(f"at {show(rpm(float(value)))} rpm" if turns else entry_in_words(name, shown))
     return words
 
 

@@ -136,11 +136,6 @@ def _named_entry(found: re.Match[str]) -> str:
     return entry_in_words(found[1], found[2])
 
 
-def at_rpm(speed: float | str) -> str:
-    """A speed in rad/s as a place that people read."""
-    return f"at {show(convert(float(speed), 'rad/s', 'rpm'))} rpm"
-
-
 def entry_in_words(axis: str, entry: str) -> str:
     """`mount 1`; an entry that says what it is of stands alone: `elastic coupling`."""
     name = axis.replace("_", " ")
