@@ -156,7 +156,7 @@ class Tolerances(Table):
     RULES = (
         refuse(
             "",
-            "[tuning.tolerances] names nothing that is off",
+            "[tuning.tolerances] has no tolerance above zero",
             lambda t: not any(map(t.number, t.data)),
             "natural_frequency = '5 %', for example",
         ),

@@ -68,7 +68,7 @@ def _primary(row: Row) -> Iterator[Problem]:
                 f"the primary has units, and no {key}",
                 found=", ".join(key for key in primary.data if key != "damping_ratio") or "a rod",
                 allowed=f"{heavy} and {stiff} or natural_frequency{instead}",
-                hint="damping_ratio alone makes a scene of ratios" if not rod else "",
+                hint="give damping_ratio alone to work in ratios, without units" if not rod else "",
             )
 
 
