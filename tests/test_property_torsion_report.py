@@ -213,3 +213,4 @@ def test_equal_sections_swap_no_names() -> None:
     assert firsts_of_largest(-load, axis=0).tolist() == [0, 2, 1]
     assert first_of_largest([2.0, 2.0 + 1e-8]) == 1
     assert ranked([1.0, np.inf, 2.0, 2.0 + 1e-12, np.inf, 3.0]).tolist() == [1, 4, 5, 2, 3, 0]
+    assert ranked([]).size == 0

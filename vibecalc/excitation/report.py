@@ -34,6 +34,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import AT_START, Quantity, Record, Result
+from vibecalc.numerics.rounding import ranked
 
 # ----------------------------------------------------------------------------
 # The balance table, as an engineer lays it out: a line for each cylinder and a total.
@@ -254,7 +255,7 @@ _SCALARS = tuple(_FOLDER + name for name in ("mean_force", "sum_of_amplitudes", 
 def _largest(found: Found) -> np.ndarray:
     """The largest orders, the largest first."""
     size = np.where(found[0].zero, 0.0, np.abs(found[0].values))
-    return np.argsort(-size, kind="stable")[: min(8, np.count_nonzero(size))]
+    return ranked(size)[: min(8, np.count_nonzero(size))]
 
 
 _FORCE = Cells("axial_force", "amplitude N"), Cells("axial_force", "phase deg", show_phase)

@@ -31,6 +31,7 @@ from vibecalc.isolation.results import (
     SupportForce,
     TorqueReaction,
 )
+from vibecalc.numerics.rounding import ranked
 
 # ----------------------------------------------------------------------------
 # The body on its mounts: natural frequencies, what each mount bears, transmissibility.
@@ -96,7 +97,7 @@ _MOST = 48
 def _highest(found: Found) -> np.ndarray:
     """The highest, in the order of their speeds: equal ones of several mounts by their names."""
     force, speed = (one.values for one in found if one.path.endswith(("/force", "/speed")))
-    places = np.sort(np.argsort(-force, kind="stable")[:_MOST])
+    places = np.sort(ranked(force)[:_MOST])
     return places[np.argsort(np.round(speed[places], 4), kind="stable")]
 
 

@@ -10,6 +10,7 @@ from vibecalc.core.report.rows import Cells, Found, Made, Rows, first, part_of, 
 from vibecalc.core.report.sections import Section, having, labels, section, table_of
 from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.numerics.rounding import ranked
 
 _STEM = "measurement/"
 _MOST = 48
@@ -46,7 +47,7 @@ _MET = 1e-6
 def _apart(found: Found) -> np.ndarray:
     """Readings that the motion does not meet, the largest residual first."""
     size = np.abs(found[-1].values)
-    rank = np.argsort(-size, kind="stable")
+    rank = ranked(size)
     return np.asarray(rank[size[rank] > _MET][:_MOST])
 
 

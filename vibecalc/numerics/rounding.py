@@ -61,7 +61,8 @@ def ranked(values: ArrayLike) -> IntArray:
     order = np.argsort(-size, kind="stable")
     with np.errstate(invalid="ignore"):  # of two that have no end
         apart = -np.diff(size[order]) > _EQUAL * np.abs(size[order][:-1])
-    return np.asarray(order[np.lexsort((order, np.cumsum(np.append(False, apart))))])
+    group = np.cumsum(np.append(False, apart))[: order.size]  # none of no values
+    return np.asarray(order[np.lexsort((order, group))])
 
 
 def floats(*values: ArrayLike) -> tuple[FloatArray, ...]:

@@ -32,6 +32,7 @@ from vibecalc.core.report.sections import (
 from vibecalc.core.report.writing import many, number, paragraph, rpm, show, table
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.numerics.rounding import ranked
 from vibecalc.response.results import (
     BesidesChanges,
     Change,
@@ -59,7 +60,7 @@ def main_coordinates(share: Quantity | None, mode: int) -> str:
         return ""
     names, row = labels(share.axes[1]), np.asarray(share.values[mode], dtype=float)
     words, held = [], 0.0
-    for j in np.argsort(-row, kind="stable"):
+    for j in ranked(row):
         words.append(f"{names[j]} {100.0 * row[j]:.0f} %")
         held += float(row[j])
         if held >= _ENOUGH or len(words) == 3:

@@ -27,6 +27,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.numerics.rounding import ranked
 from vibecalc.roll.report.advice import ROLL, advice, one_row, shell_acts
 from vibecalc.roll.report.advice import level as in_level
 
@@ -136,7 +137,7 @@ def _stability(record: Record) -> list[str]:
     quantity = having(record, ROLL + "multiplier", "multiplier")
     if quantity is not None:
         values = np.asarray(quantity.values, dtype=complex)
-        ordered = values[np.argsort(-np.abs(values), kind="stable")][:_MULTIPLIERS]
+        ordered = values[ranked(np.abs(values))][:_MULTIPLIERS]
         words += "; Floquet multipliers " + ", ".join(_complex(one) for one in ordered)
         words += ", ..." if values.size > _MULTIPLIERS else ""
     trivial = scalar_of(record, ROLL + "trivial_multipliers")

@@ -18,6 +18,7 @@ from vibecalc.core.report.writing import (
     turns,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.numerics.rounding import ranked
 from vibecalc.torsion.report.line import (
     MOST_ORDERS,
     TORSION,
@@ -73,9 +74,9 @@ def strongest_criticals(result: Result) -> list[str]:
     stars, rows = _stars(record, values.shape[1]), []
     for mode in elastic_modes(result):
         inside = np.flatnonzero((low <= values[mode]) & (values[mode] <= high))
-        ranked = inside[np.argsort(-np.abs(work.values[mode, inside]), kind="stable")]
+        strongest = inside[ranked(np.abs(work.values[mode, inside]))]
         cells = [f"{order_text(speed.axes[1].values[i])}{stars[i]} at {turns(values[mode, i])}"
-                 for i in ranked[: len(_PLACES)]]  # fmt: skip
+                 for i in strongest[: len(_PLACES)]]  # fmt: skip
         if cells:
             rows.append([names[mode], *cells, *[""] * (len(_PLACES) - len(cells))])
     if not rows:

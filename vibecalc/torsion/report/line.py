@@ -30,7 +30,7 @@ from vibecalc.core.report.writing import (
     turns,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.numerics.rounding import first_of_largest
+from vibecalc.numerics.rounding import first_of_largest, ranked
 from vibecalc.torsion.speed_damping import ARCHER
 
 if TYPE_CHECKING:
@@ -256,7 +256,7 @@ def strongest(most: int, column: int = 0) -> Callable[[Found], np.ndarray]:
     """The largest entries of a column, in the order of the axis."""
 
     def places(found: Found) -> np.ndarray:
-        return np.sort(np.argsort(-magnitudes(found[column]), kind="stable")[:most])
+        return np.sort(ranked(magnitudes(found[column]))[:most])
 
     return places
 

@@ -31,7 +31,7 @@ from vibecalc.core.report.writing import (
     turns,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.numerics.rounding import first_of_largest
+from vibecalc.numerics.rounding import first_of_largest, ranked
 from vibecalc.torsion.report.line import (
     cell,
     joined,
@@ -427,7 +427,7 @@ def _intensities(result: Result) -> list[str]:
         return part_of(found, magnitudes(found)[:5].T, found.axes[1], axis)
 
     def places(found: Found) -> np.ndarray:
-        return np.sort(np.argsort(-found[0].values.max(axis=1), kind="stable")[: 2 * _MOST])
+        return np.sort(ranked(found[0].values.max(axis=1))[: 2 * _MOST])
 
     cells = Cells(made, "intensity\n{}, N m")
     rows = Rows("order", "order", [cells], label="{:.4g}", places=places)

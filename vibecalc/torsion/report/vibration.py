@@ -337,7 +337,7 @@ def _largest(record: Record, name: str, found: Quantity) -> list[str]:
         rows += [
             ["", order_text(top.axes[1].values[i]), cell(top, (place, i), factor),
              turns(at.values[place, i])]
-            for i in np.sort(np.argsort(-sizes, kind="stable")[:_STRONGEST]).tolist()
+            for i in np.sort(ranked(sizes)[:_STRONGEST]).tolist()
         ]  # fmt: skip
     heads = [Column(found.axes[0].name), Column("order")]
     return table([*heads, number(f"{name.replace('_', ' ')}\n{unit}"), number("at\nrpm")], rows)
