@@ -2,10 +2,18 @@
 and its steady motion has the torque and heat of the first harmonic of the friction.
 """
 
+import tomllib
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from vibecalc import check, run
+from vibecalc.absorber.friction_damper import DryFriction, response
+from vibecalc.errors import CaseError
+from vibecalc.parts.dry_friction import ALWAYS_SLIPS
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.transient.clutch import Clutch
 from vibecalc.torsion.transient.friction_damper import Dragged, drag
@@ -113,3 +121,122 @@ def test_a_stretch_goes_on_where_it_is_cut() -> None:
     assert first.scale_end == rest.scale_start == pytest.approx(0.4)
     # the speed goes from 10 to 14 rad/s, to 11.375 at the cut
     assert np.allclose(first.gas_end, gas * (1.0 + 2.0 * 1.375 / 4.0))
+
+
+CASE = Path(__file__).parents[1] / "cases" / "drive_friction_damper.toml"
+FRICTION = "response/torsion/friction_damper/"
+STIFFNESS, HUB, RING, AMPLITUDE = 45e3, 2.0, 0.4, 30.0
+
+
+def of_one_mode(speed: float, friction: float, **damper: Any) -> dict[str, Any]:
+    """The shipped line with a heavy flywheel, linings like stone and no damping, at a speed."""
+    table = tomllib.loads(CASE.read_text())
+    line, torsion = table["machine"]["shaft_line"], table["response"]["torsion"]
+    table["machine"]["speed"] = speed
+    line["stations"][0]["inertia"] = 2e9
+    del line["shafts"][0]["damping"], torsion["transient"]
+    line["dampers"][0] |= {"friction_torque": friction, "stiffness": 1e13, **damper}
+    return table
+
+
+def test_first_harmonic_is_den_hartogs_of_one_mode() -> None:
+    """Against the closed form of the fixed point, and the response of an absorber."""
+    natural, ratio = np.sqrt(STIFFNESS / HUB), RING / HUB
+    best = AMPLITUDE * np.pi / np.sqrt(8.0 * (1.0 + 4.0 * ratio / np.pi**2))
+    for x in (0.9, 0.95, 0.99, 1.02):
+        table = of_one_mode(x * natural / 3.0, best)
+        table["response"]["torsion"].pop("speeds")
+        record = run(table).record
+        found, static = record[FRICTION + "angle"], AMPLITUDE / STIFFNESS
+        expected = response(DryFriction(0.0, ratio, best / AMPLITUDE), [x])[0] * static
+        assert float(found.values) == pytest.approx(expected, rel=1e-6)
+        assert found.error_estimate < 1e-6 * expected
+        # locked and free it is a line of one inertia
+        for name, inertia in (("locked_angle", HUB + RING), ("free_angle", HUB)):
+            alone = AMPLITUDE / abs(STIFFNESS - inertia * (x * natural) ** 2)
+            assert float(record[FRICTION + name].values) == pytest.approx(alone, rel=1e-5)
+        top = 1.0 + np.pi**2 / (4.0 * ratio)
+        assert expected <= top * static * (1.0 + 1e-9)
+
+
+def test_power_is_that_of_the_friction_and_the_best_one_takes_most() -> None:
+    record = run(of_one_mode("453 rpm", 33.0)).record
+    w = 3.0 * 453.0 * np.pi / 30.0
+    value = {name: float(record[FRICTION + name].values) for name in
+             ("angle", "heat", "equivalent_damping", "best_friction_torque")}  # fmt: skip
+    # 4 F Y sqrt(1 - (pi t / 2)^2) in a cycle, where it slips all the time
+    t = 33.0 / (RING * w**2 * value["angle"])
+    work = 4.0 * 33.0 * value["angle"] * np.sqrt(1.0 - (0.5 * np.pi * t) ** 2)
+    assert t < ALWAYS_SLIPS
+    assert value["heat"] == pytest.approx(work * w / (2.0 * np.pi), rel=1e-8)
+    taken = 0.5 * value["equivalent_damping"] * (w * value["angle"]) ** 2
+    assert value["heat"] == pytest.approx(taken, rel=1e-8)
+    best = run(of_one_mode("453 rpm", value["best_friction_torque"])).record
+    most = float(best[FRICTION + "equivalent_damping"].values)
+    assert most == pytest.approx(4.0 / np.pi**2 * RING * w, rel=1e-8)
+    assert float(best[FRICTION + "angle"].values) == pytest.approx(
+        float(record[FRICTION + "best_angle"].values), rel=1e-8
+    )
+
+
+def test_the_first_harmonic_is_near_the_motion_in_time() -> None:
+    """Power of the slip and angle of the hub, after the beginning has died out."""
+    table = tomllib.loads(CASE.read_text())
+    del table["response"]["torsion"]["transient"], table["response"]["torsion"]["speeds"]
+    record = run(table).record
+    line = line_of(3.0)._replace(
+        inertia=np.array([2000.0, HUB, RING]), stiffness=np.array([STIFFNESS, 4e6]),
+        damping=np.array([3.0, 0.0]),
+    )  # fmt: skip
+    gas, speed = np.zeros((3, 1), dtype=complex), 453.0 * np.pi / 30.0
+    gas[1] = AMPLITUDE
+    clutch = Clutch(1, 33.0, 0.0, np.array([False, False, True]), 0.0)
+    heat = []
+    for turns in (7.0, 9.0):
+        part = stretch(turns * 2.0 * np.pi / speed, 0.0, gas)
+        found = drag(line, np.array([3.0]), clutch, [part], speed, "steady", None, 1e-6)
+        heat.append(found.heat)
+    power = (heat[1] - heat[0]) * speed / (2.0 * 2.0 * np.pi)
+    assert power == pytest.approx(float(record[FRICTION + "heat"].values), rel=0.02)
+    last = np.concatenate(found.run.states)[-2000:]
+    twist = np.ptp(last[:, 0]) / 2.0 / np.sqrt(STIFFNESS)
+    # the third harmonic of the friction moves the hub as well
+    assert twist == pytest.approx(float(record[FRICTION + "angle"].values), rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"order": 4.0}, "none that excites the line"),
+        ({"stiffness": 0.0}, "needs the stiffness of its linings"),
+        ({"friction_torque": 0.0}, "friction_torque"),
+        ({"loss_factor": 0.1}, "loss_factor"),
+    ],
+)
+def test_what_makes_no_friction_damper_is_refused(changed: dict[str, Any], words: str) -> None:
+    table = of_one_mode("453 rpm", 33.0)
+    table["machine"]["shaft_line"]["dampers"][0] |= changed
+    with pytest.raises(CaseError, match=words):
+        run(table)
+
+
+def test_what_does_not_go_with_dry_friction_is_refused() -> None:
+    table = of_one_mode("453 rpm", 33.0)
+    line, torsion = table["machine"]["shaft_line"], table["response"]["torsion"]
+    line["dampers"].append(line["dampers"][0] | {"name": "other", "on": "motor"})
+    torsion["damping_model"] = {"kind": "modal", "ratios": [0.01]}
+    torsion["transient"] = {
+        "kind": "clutch_in", "clutch": "shaft", "driven_speed": 1.0, "friction_torque": 30.0,
+        "time_after": 0.1,
+    }  # fmt: skip
+    with pytest.raises(CaseError) as refused:
+        check(table)
+    for words in ("one damper with dry friction", "no damping ratio", "a clutch or a damper"):
+        assert words in str(refused.value)
+    engine = tomllib.loads((CASE.parent / "engine_damped.toml").read_text())
+    ring = {"kind": "friction", "friction_torque": 900.0, "order": 3.0, "stiffness": 1e8}
+    given = engine["machine"]["shaft_line"]["dampers"]
+    given[0] = {key: given[0][key] for key in ("name", "on", "inertia")} | ring
+    engine["damper_design"] = {"on": "ring", "objective": "torque"}
+    with pytest.raises(CaseError, match="not designed by a spring and a damper"):
+        check(engine)

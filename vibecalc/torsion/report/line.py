@@ -330,7 +330,12 @@ def joined(words: Iterable[str]) -> str:
 # Identity of an engine and its shaft line: cycle, firing order, stations, shafts, dampers.
 # ----------------------------------------------------------------------------
 
-_KINDS = {"viscous": "ring in oil", "spring": "ring on springs", "pendulum": "pendulums"}
+_KINDS = {
+    "viscous": "ring in oil",
+    "spring": "ring on springs",
+    "friction": "ring on dry friction",
+    "pendulum": "pendulums",
+}
 _MISFIRES = {"motored": "compression and expansion without combustion"}
 #: absolute difference in rad of firing intervals that are called even
 _EVEN = 1e-9
