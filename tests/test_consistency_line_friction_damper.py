@@ -233,10 +233,9 @@ def test_what_does_not_go_with_dry_friction_is_refused() -> None:
         check(table)
     for words in ("one damper with dry friction", "no damping ratio", "a clutch or a damper"):
         assert words in str(refused.value)
-    engine = tomllib.loads((CASE.parent / "engine_damped.toml").read_text())
-    ring = {"kind": "friction", "friction_torque": 900.0, "order": 3.0, "stiffness": 1e8}
-    given = engine["machine"]["shaft_line"]["dampers"]
-    given[0] = {key: given[0][key] for key in ("name", "on", "inertia")} | ring
-    engine["damper_design"] = {"on": "ring", "objective": "torque"}
+    ring = {"name": "ring", "on": "cylinder 1", "kind": "friction", "inertia": 27.5, "order": 3.0}
+    ring |= {"friction_torque": 900.0, "stiffness": 1e8}
+    design = {"on": "ring", "objective": "torque"}
+    changes = {"machine.shaft_line.dampers": [ring], "damper_design": design}
     with pytest.raises(CaseError, match="not designed by a spring and a damper"):
-        check(engine)
+        check(CASE.parent / "engine_damped.toml", set=changes)
