@@ -160,8 +160,8 @@ def test_first_harmonic_is_den_hartogs_of_one_mode() -> None:
 
 
 def test_power_is_that_of_the_friction_and_the_best_one_takes_most() -> None:
-    record = run(of_one_mode("453 rpm", 33.0)).record
-    w = 3.0 * 453.0 * np.pi / 30.0
+    record = run(of_one_mode("459 rpm", 33.0)).record
+    w = 3.0 * 459.0 * np.pi / 30.0
     value = {name: float(record[FRICTION + name].values) for name in
              ("angle", "heat", "equivalent_damping", "best_friction_torque")}  # fmt: skip
     # 4 F Y sqrt(1 - (pi t / 2)^2) in a cycle, where it slips all the time
@@ -171,7 +171,7 @@ def test_power_is_that_of_the_friction_and_the_best_one_takes_most() -> None:
     assert value["heat"] == pytest.approx(work * w / (2.0 * np.pi), rel=1e-8)
     taken = 0.5 * value["equivalent_damping"] * (w * value["angle"]) ** 2
     assert value["heat"] == pytest.approx(taken, rel=1e-8)
-    best = run(of_one_mode("453 rpm", value["best_friction_torque"])).record
+    best = run(of_one_mode("459 rpm", value["best_friction_torque"])).record
     most = float(best[FRICTION + "equivalent_damping"].values)
     assert most == pytest.approx(4.0 / np.pi**2 * RING * w, rel=1e-8)
     assert float(best[FRICTION + "angle"].values) == pytest.approx(
@@ -188,16 +188,16 @@ def test_the_first_harmonic_is_near_the_motion_in_time() -> None:
         inertia=np.array([2000.0, HUB, RING]), stiffness=np.array([STIFFNESS, 4e6]),
         damping=np.array([3.0, 0.0]),
     )  # fmt: skip
-    gas, speed = np.zeros((3, 1), dtype=complex), 453.0 * np.pi / 30.0
+    gas, speed = np.zeros((3, 1), dtype=complex), 459.0 * np.pi / 30.0
     gas[1] = AMPLITUDE
-    clutch = Clutch(1, 33.0, 0.0, np.array([False, False, True]), 0.0)
+    clutch = Clutch(1, 32.0, 0.0, np.array([False, False, True]), 0.0)
     heat = []
-    for turns in (7.0, 9.0):
+    for turns in (13.0, 15.0):
         part = stretch(turns * 2.0 * np.pi / speed, 0.0, gas)
         found = drag(line, np.array([3.0]), clutch, [part], speed, "steady", None, 1e-6)
         heat.append(found.heat)
     power = (heat[1] - heat[0]) * speed / (2.0 * 2.0 * np.pi)
-    assert power == pytest.approx(float(record[FRICTION + "heat"].values), rel=0.02)
+    assert power == pytest.approx(float(record[FRICTION + "heat"].values), rel=0.03)
     last = np.concatenate(found.run.states)[-2000:]
     twist = np.ptp(last[:, 0]) / 2.0 / np.sqrt(STIFFNESS)
     # the third harmonic of the friction moves the hub as well
@@ -214,14 +214,14 @@ def test_the_first_harmonic_is_near_the_motion_in_time() -> None:
     ],
 )
 def test_what_makes_no_friction_damper_is_refused(changed: dict[str, Any], words: str) -> None:
-    table = of_one_mode("453 rpm", 33.0)
+    table = of_one_mode("459 rpm", 33.0)
     table["machine"]["shaft_line"]["dampers"][0] |= changed
     with pytest.raises(CaseError, match=words):
         run(table)
 
 
 def test_what_does_not_go_with_dry_friction_is_refused() -> None:
-    table = of_one_mode("453 rpm", 33.0)
+    table = of_one_mode("459 rpm", 33.0)
     line, torsion = table["machine"]["shaft_line"], table["response"]["torsion"]
     line["dampers"].append(line["dampers"][0] | {"name": "other", "on": "motor"})
     torsion["damping_model"] = {"kind": "modal", "ratios": [0.01]}

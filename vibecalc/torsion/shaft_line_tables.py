@@ -65,12 +65,10 @@ class LineDamper(Table):
 
     name: Name = key("label in tables and `where`")
     on: Name = key("name of its station")
-    kind: DamperKind = key("viscous damper, ring on springs or dry friction, or pendulums")
+    kind: DamperKind = key("ring in oil, on springs or on dry friction, or pendulums")
     inertia: Inertia | None = key("of the ring, about the axis of its station", None, gt=0)
     stiffness: AngularStiffness | None = key(
-        "of the springs between station and ring, or of the linings in line with the friction",
-        None,
-        ge=0,
+        "of the springs, or friction linings, between station and ring", None, ge=0
     )
     damping: AngularDamping = key(
         "viscous, between station and ring, or pendulums about the axis",
@@ -78,12 +76,11 @@ class LineDamper(Table):
         ge=0,
     )
     friction_torque: Moment | None = key(
-        "at which the ring slips on its linings, on the shaft of its station", None, gt=0
+        "slip torque of the linings, on the shaft of its station", None, gt=0
     )
     loss_factor: Number = key("of the springs, k (1 + i loss_factor)", 0.0, ge=0, le=10)
     order: Number | None = key(
-        "tuned order of pendulums, per turn of the station; of a ring on dry friction the order of "
-        "the crankshaft, or first shaft, whose response is computed with it",
+        "tuned order of pendulums, per turn of the station; of friction dampers, of machine.speed",
         None,
         gt=0,
         le=400,

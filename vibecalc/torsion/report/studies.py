@@ -23,7 +23,6 @@ from vibecalc.core.report.writing import (
     Column,
     hertz,
     number,
-    pairs,
     paragraph,
     rpm,
     short,
@@ -229,15 +228,13 @@ def torsion_friction_damper(result: Result) -> Section | None:
         f"{show(factor * float(damper['friction_torque']))} {unit}, order "
         f"{order_text(float(damper['order']))} at the operating speed, by the first harmonic of "
         f"the friction: the ring {slips}. Locked it would take {show(100.0 * use, digits=3)} % of "
-        f"the friction torque."
+        f"the friction torque. Its station moves by {show(np.degrees(angle))} deg, by "
+        f"{show(np.degrees(locked))} deg with the ring locked and {show(np.degrees(free))} deg "
+        f"without friction; the slip takes {show(heat)} W. The most work for its amplitude takes "
+        f"a friction torque of {show(factor * best)} {unit}, which leaves "
+        f"{show(np.degrees(lowest))} deg."
     )
-    rows = [
-        ("amplitude of its station", f"{show(np.degrees(angle))} deg"),
-        ("ring locked, ring free", f"{show(np.degrees(locked))} deg, {show(np.degrees(free))} deg"),
-        ("heat of its slip", f"{show(heat)} W"),
-        ("best friction torque", f"{show(factor * best)} {unit}: {show(np.degrees(lowest))} deg"),
-    ]
-    return titled(result, "Friction damper", paragraph(words), pairs(rows), root=FRICTION)
+    return titled(result, "Friction damper", paragraph(words), root=FRICTION)
 
 
 def _sections(record: Record) -> list[str]:
