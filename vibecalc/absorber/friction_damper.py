@@ -51,7 +51,7 @@ def response(damper: DryFriction, frequency_ratio: ArrayLike) -> FloatArray:
         """Force over K1 and amplitude."""
         share = shares(t)
         real, imaginary = 1.0 - x * x - moved * share.inertia, 2.0 * z1 * x + moved * share.damping
-        return np.hypot(real, imaginary)
+        return np.asarray(np.hypot(real, imaginary))
 
     if f == 0.0:
         with np.errstate(divide="ignore"):

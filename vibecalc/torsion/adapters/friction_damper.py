@@ -114,11 +114,12 @@ def run_torsion_friction_damper(scene: Scene) -> None:
     setup, line = setup_of(scene), scene.case.machine.shaft_line
     assert line is not None
     found = friction_damper(line)
-    assert found is not None and found[1].friction_torque is not None
+    assert found is not None
     place, given = found
+    assert given.friction_torque is not None and given.order is not None
     damper, ratio = setup.shaft.dampers[place], abs(setup.shaft.station_ratio)
     own = float(ratio[damper.station])
-    order = int(np.argmin(np.abs(setup.drive.order - (given.order or 0.0))))
+    order = int(np.argmin(np.abs(setup.drive.order - given.order)))
     inertia = float(setup.model.line.inertia[damper.ring])
     ring = _Ring(inertia, given.friction_torque * own, damper.element, order)
     _emit_here(scene, setup, ring, damper.carrier, own)

@@ -210,15 +210,17 @@ def _slipping_ring(record: Record) -> str:
 def torsion_friction_damper(result: Result) -> Section | None:
     """One order with the ring that dry friction drags along; None without one."""
     record = result.record
-    angle, locked, free, use, heat, best, lowest = (
+    values = [
         scalar_of(record, FRICTION + name)
         for name in (
             *("angle", "locked_angle", "free_angle", "locked_utilisation", "heat"),
             *("best_friction_torque", "best_angle"),
         )
-    )
-    if None in (angle, locked, free, use, heat, best, lowest):
+    ]
+    known = [one for one in values if one is not None]
+    if len(known) < len(values):
         return None
+    angle, locked, free, use, heat, best, lowest = known
     given = table_of(result.case, "machine", "shaft_line").get("dampers") or ()
     (damper,) = [one for one in given if one.get("kind") == "friction"]
     slips = "slips" if use > 1.0 else "is locked on its linings"
