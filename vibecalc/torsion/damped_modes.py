@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import Line, free_parts
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.poles import Poles, close, guesses, modal_damping_matrix, refined
@@ -162,11 +162,7 @@ def poles_of_modes(line: Line, modes: Modes, line_at: Callable[[FloatArray], Lin
         lever = modes.shape[moving] * line.inertia
         weight = np.hypot(lever @ found.shape.real, lever @ found.shape.imag)
         weight /= np.sqrt(modes.modal_inertia[moving])[:, None]
-        pole = np.argmax(weight, axis=1)
-        for _ in moving if np.any(np.bincount(pole) > 1) else ():
-            row, column = np.unravel_index(np.argmax(weight), weight.shape)
-            pole[row] = column
-            weight[row], weight[:, column] = -1.0, -1.0
+        pole = _largest_first(weight)
     count = len(modes.frequency)
     every = Poles(np.zeros(count, complex), modes.shape.T.astype(complex), *np.zeros((2, count)))
     every.pole[moving], every.shape[:, moving] = found.pole[pole], found.shape[:, pole]
@@ -186,6 +182,22 @@ def _each_its_own(line: Line, modes: Modes, shape: ComplexArray) -> bool:
     whole = np.sum(line.inertia[:, None] * np.square(np.abs(shape)), axis=0)
     others = np.sqrt(np.maximum(whole - np.square(own), 0.0) + 1e-6 * whole)
     return bool(np.min(own, initial=np.inf) > np.max(others, initial=0.0))
+
+
+def _largest_first(weight: FloatArray) -> IntArray:
+    """Column of each row of weights (m, m), no column twice: the largest of all weights goes first.
+
+    Entries that are the largest of their row and of their column are all given at once.
+    """
+    column = np.argmax(weight, axis=1)
+    rows = columns = np.arange(len(weight)) if np.any(np.bincount(column) > 1) else column[:0]
+    while len(rows):
+        left = weight[np.ix_(rows, columns)]
+        best = np.argmax(left, axis=1)
+        given = np.argmax(left, axis=0)[best] == np.arange(len(rows))
+        column[rows[given]] = columns[best[given]]
+        rows, columns = rows[~given], np.delete(columns, best[given])
+    return column
 
 
 def _scaled(shape: ComplexArray, stations: int) -> tuple[ComplexArray, ComplexArray]:
