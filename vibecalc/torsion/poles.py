@@ -270,7 +270,20 @@ def close(pole: ComplexArray, error: FloatArray) -> BoolArray:
 
 def _clusters(pole: ComplexArray, error: FloatArray) -> IntArray:
     """Of each pole (g,) the place of the first one that a chain of close ones joins it to."""
-    first = np.argmax(close(pole, error), axis=1)
+    first, most = np.arange(len(pole)), float(np.max(error, initial=0.0))
+    size = np.abs(pole)
+    rising = np.argsort(size, kind="stable")
+    for apart in range(1, len(pole)):
+        one, other = rising[:-apart], rising[apart:]
+        # sizes are no farther apart than poles, but for their rounding
+        near = np.flatnonzero(size[other] - size[one] <= error[one] + 2.0 * most)
+        if not len(near):
+            break
+        one, other = one[near], other[near]
+        joined = np.abs(pole[one] - pole[other]) <= error[one] + error[other]
+        one, other = one[joined], other[joined]
+        np.minimum.at(first, one, other)
+        np.minimum.at(first, other, one)
     while np.any(first != first[first]):
         first = first[first]
     return np.asarray(np.unique(first, return_inverse=True)[1])
