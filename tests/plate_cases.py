@@ -7,6 +7,7 @@ from vibecalc.core.case.load import LoadedCase, load_case
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import physics_problems
 from vibecalc.errors import CaseError, Problem
 
 PLATE = """schema = 1
@@ -66,7 +67,7 @@ def load(folder: Path, text: str, **files: str) -> LoadedCase:
 def problems(folder: Path, text: str, **files: str) -> list[Problem]:
     """What the checks of form find, or else those of physics."""
     try:
-        return check_machine(load(folder, text, **files).case)
+        return physics_problems(load(folder, text, **files))
     except CaseError as error:
         return list(error.problems)
 

@@ -29,6 +29,7 @@ import pytest
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import get_key, parse_key, set_key
 from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.run.targets import check_targets
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, Problem
 
@@ -49,7 +50,8 @@ Message = Callable[[Path], str]
 def problems_of(data: dict[str, Any]) -> list[Problem]:
     """All problems of a case as plain tables: those of its form, or else of its physics."""
     try:
-        return check_machine(validate(data))
+        case = validate(data)
+        return check_machine(case) + check_targets(case)
     except CaseError as error:
         return list(error.problems)
 

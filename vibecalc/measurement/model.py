@@ -160,6 +160,8 @@ def _shown(table: Measurement) -> Iterator[_Shown]:
         orders = reading.orders or table.orders
         positions = reading.between or (() if reading.at is None else (reading.at,))
         numbers = (reading.level, amplitude, reading.phase)
+        # a case that checks refuse for numbers that are missing is planned with those there are
+        orders = orders[: min(len(one) for one in (orders, *numbers) if one)]
         yield _Shown(name, row, reading.use, angular, orders, *numbers, positions)
     for place, order in enumerate(() if scan is None else scan.order):
         assert scan is not None
@@ -214,7 +216,7 @@ def _stated(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
                 # a phase of nothing says nothing: what is not there is not there in any direction
                 across = (size * turn[0], size * turn[1]) if size > 0.0 else (half, deviation)
             if len(one.positions) == 2 and table.has_mismatch:
-                first, second = (at_ends[order, at] for at in one.positions)
+                first, second = (at_ends.get((order, at), 0.0) for at in one.positions)
                 off = table.sensitivity_mismatch, table.phase_mismatch
                 more = mismatch(size, first, second, *off)
                 along = more.along * (DECIBEL / size if phase is None else 1.0)

@@ -81,6 +81,9 @@ def _zero(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     minimum = polish(squared, unit)
     if minimum is None:
         minimum = polish(squared, local_search(squared, unit, to_the_end=True))
+    if minimum is not None:
+        # what is left of the norm bends its square where nothing else does: less of it is left now
+        minimum = polish(squared, minimum.unit) or minimum
     minimum = _kept(sampler, minimum)
     if minimum is None:
         return None
