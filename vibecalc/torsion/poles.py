@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import NumericalFailure, in_hertz
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import (
     Line,
@@ -236,7 +236,7 @@ def refined(
     lost = np.flatnonzero(moved > UNSETTLED * np.abs(pole))
     if len(lost):
         raise NumericalFailure(
-            f"loss factors as dashpots near {abs(guess[lost[0]]):.6g} rad/s: the mode there is "
+            f"loss factors as dashpots near {in_hertz(abs(guess[lost[0]]))}: the mode there is "
             "damped so strongly that it has no natural frequency"
         )
     if not len(pole):
@@ -259,7 +259,7 @@ def refined_pole(line: Line, guess: complex) -> tuple[complex, float]:
         shape = inverse_iteration(line, np.array([guess]), shape)
     found = refined(line, np.array([guess]), shape)
     if not len(found.pole):
-        raise NumericalFailure(f"no mode near {abs(guess):.6g} rad/s vibrates")
+        raise NumericalFailure(f"no mode near {in_hertz(abs(guess))} vibrates")
     return complex(found.pole[0]), float(found.error[0])
 
 
