@@ -22,16 +22,6 @@ def random_line(seed: int) -> Table:
     return _Draw(np.random.default_rng([seed, 39])).case(seed)
 
 
-def open_line(seed: int) -> Table:
-    """Without the quill that closes a loop: it shares mean torques by stiffnesses, whose rounding
-    their errors lack."""
-    case = random_line(seed)
-    line, count = case["machine"]["shaft_line"], len(case["machine"]["crank_train"]["cylinders"])
-    first, *others = line["shafts"]
-    line["shafts"] = [first, *(one for one in others if one["name"] != f"throw 1 to throw {count}")]
-    return case
-
-
 #: what may happen in time to the lines of `random_change`, in turn
 CHANGES = (
     "load_step", "misfire_onset", "short_circuit", "torque_history", "run_up", "run_down",

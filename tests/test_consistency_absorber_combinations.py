@@ -11,13 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from two_masses import amplitude
 
-from vibecalc.absorber.modal import Modes, one_mode
+from vibecalc.absorber.modal import Modes, fitted, highest, magnitude, one_mode, tops_within
+from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.band import band_tuning
 from vibecalc.absorber.tuning.levels import BandProblem, states_of
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
+from vibecalc.errors import NumericalFailure
 
 # ----------------------------------------------------------------------------
 # The tests' own system: modal coordinates and absorbers, each frequency solved by itself.
@@ -119,6 +122,71 @@ def test_a_wide_band_has_the_tuning_within_a_travel_for_all_frequencies() -> Non
     assert found.secondary_damping[0] == pytest.approx(float(exact.secondary_damping[0]), rel=1e-8)
     assert found.largest == pytest.approx(exact.largest, rel=1e-10)
     assert set(found.limit.tolist()) == {0, 1}
+
+
+# ----------------------------------------------------------------------------
+# One mode: limits, equal peaks, and what has no optimum.
+# ----------------------------------------------------------------------------
+
+READ = {"relative_displacement": "travel"}
+
+
+def test_one_absorber_is_the_one_of_the_two_mass_system_limits_included():
+    x = np.linspace(0.0, 3.0, 301)
+    for k, z in ((0.08, 0.02), (0.0, 0.02), (0.08, 0.0), (np.inf, 0.1), (0.0, 0.0)):
+        system = fitted(one_mode(0.1), 0.1, k, z)
+        for response in ("displacement", "secondary_displacement", "relative_displacement"):
+            found = magnitude(system, x, "force", READ.get(response, response))[0][0]
+            expected = amplitude(Absorber(0.1, 0.1, k, z), x, "force", response)
+            assert np.max(np.abs(found - expected)) < 1e-13 * np.max(np.abs(expected)) + 1e-15
+    free = fitted(one_mode(0.0, 2), [0.1, 0.1], 0.0, 0.0, (-1, 0))
+    at_resonance = [
+        magnitude(free, np.ones(1), "force", "travel", place)[0][0, 0] for place in (0, 1)
+    ]
+    assert np.isinf(at_resonance[0]) and at_resonance[1] == 0.0
+    assert np.isinf(highest(free, "force", "travel")[0][0])
+    assert highest(free, "force", "travel", absorber=1)[0][0] == 0.0
+
+
+def plain(z1, masses, carrier=(), *pair, **limits):
+    masses = np.array(masses)
+    pair = pair or ("force", "displacement")
+    return BandProblem(one_mode(z1, len(masses)), masses, *pair, carrier=carrier, **limits)
+
+
+def test_two_in_parallel_have_three_equal_peaks():
+    found = band_tuning(plain(0.0, [0.05, 0.05]))
+    assert len(found.frequency) == 3 and np.all(found.weight > 0.0)
+    assert np.sum(found.weight) == pytest.approx(1.0, abs=1e-8)
+    assert found.residual < 1e-7 and 0.0 < found.largest_error < 1e-8
+    system = fitted(one_mode(0.0, 2), [0.05, 0.05], found.stiffness_ratio, found.secondary_damping)
+    tops = tops_within(system, "force", "displacement")
+    inside = (tops.place.value > 0.0) & np.isfinite(tops.place.value)
+    assert tops.height.value[inside] == pytest.approx(np.full(3, found.largest), rel=1e-10)
+    assert found.largest == pytest.approx(4.100280, abs=1e-6) and not found.is_set
+    # nothing tells these two apart: they come by rising stiffness
+    assert found.stiffness_ratio[0] < found.stiffness_ratio[1]
+
+
+@pytest.mark.long
+def test_two_in_series_need_no_damper_on_the_first():
+    found = band_tuning(plain(0.0, [0.08, 0.02], (-1, 0)))
+    assert found.secondary_damping[0] == 0.0 and found.lower[2]
+    assert found.largest < band_tuning(plain(0.0, [0.05, 0.05])).largest
+    # of two that hang on the first, one does better as a part of it: two in a row are left
+    three = band_tuning(plain(0.0, [0.06, 0.02, 0.02], (-1, 0, 0)))
+    assert np.sum(np.isinf(three.stiffness_ratio)) == 1
+    assert three.largest == pytest.approx(found.largest, rel=1e-11)
+
+
+def test_damped_primary_beyond_the_threshold_has_a_set_of_optima():
+    found = band_tuning(plain(0.8, [0.05, 0.05]))
+    assert found.is_set and found.largest == pytest.approx(1.0, abs=1e-15)
+
+
+def test_a_response_that_grows_without_bound_is_refused():
+    with pytest.raises(NumericalFailure, match="without bound"):
+        band_tuning(plain(0.1, [0.05, 0.05], (), "unbalance", "velocity"))
 
 
 # ----------------------------------------------------------------------------

@@ -10,10 +10,8 @@ from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL
 from exact_pendulum import rates
 
 from vibecalc.absorber.hardware.oil_gap import oil_damping
-from vibecalc.absorber.hardware.overhung import bending_frequencies
 from vibecalc.absorber.model import AbsorberParts, Branch, build_absorber
 from vibecalc.absorber.pendulum_order import PendulumParts, build_pendulum, tuning_order
-from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import set_key
 from vibecalc.core.run.machine_checks import check_machine
@@ -54,29 +52,6 @@ def test_the_own_ratio_is_referred_to_the_primary() -> None:
     assert own.absorber.secondary_damping == pytest.approx(0.185 * math.sqrt(0.1 * 0.08), rel=1e-15)
 
 
-def test_the_rig_from_its_dimensions() -> None:
-    found = parts(RIG)
-    assert found.scale is not None and found.absorber is not None
-    stiffness = 80e9 * math.pi * 0.024**4 / 32.0 / 1.5
-    assert found.scale.stiffness == pytest.approx(stiffness, rel=1e-14)
-    assert found.absorber.mass_ratio == pytest.approx(0.08 / 0.42, rel=1e-15)
-    rate = 80e9 * 0.002**4 / (8.0 * 0.016**3 * 12)
-    lever = 0.13 * math.cos(math.radians(15.0))
-    assert found.absorber.stiffness_ratio == pytest.approx(
-        4.0 * rate * lever**2 / stiffness, rel=1e-13
-    )
-    # the gap by hand: thin films at rim and sides of a ring, 460 cSt at 40 degC, less than 902
-    dynamic = 460e-6 * 902.0
-    rim = 2.0 * math.pi * 0.14**3 * 0.018 / 0.0006
-    sides = math.pi * (0.14**4 - 0.07**4) / 0.0006
-    damping = (
-        float(np.asarray(found.absorber.secondary_damping)) * 2.0 * math.sqrt(stiffness * 0.42)
-    )
-    assert damping == pytest.approx(dynamic * (rim + sides), rel=0.02)
-    assert damping < 1.01 * dynamic * (rim + sides)
-    assert found.is_complete
-
-
 def test_the_rule_gives_the_clearance_and_sides_may_differ() -> None:
     found = parts(RIG, machine__gap__clearance=None, machine__gap__side_clearance="1 mm",
                   machine__gap__bore_clearance="0.8 mm")  # fmt: skip
@@ -86,34 +61,6 @@ def test_the_rule_gives_the_clearance_and_sides_may_differ() -> None:
     assert gap.rim_clearance == pytest.approx(inches * 0.0254, rel=1e-14)
     assert (gap.side_clearance, gap.bore_clearance) == (0.001, 0.0008)
     assert found.filling.temperature == pytest.approx(313.15, rel=1e-15)
-
-
-def test_a_ring_is_an_absorber_of_its_own() -> None:
-    data = tomllib.loads(starter("absorber_rig"))
-    found = build_absorber(validate(data))
-    assert found.absorber is not None and found.scale is not None
-    mass = 7850.0 * math.pi * (0.14**2 - 0.07**2) * 0.018
-    inertia = 0.5 * mass * (0.14**2 + 0.07**2)
-    assert found.absorber.mass_ratio == pytest.approx(inertia / 0.42, rel=1e-14)
-    assert not found.is_complete
-    assert math.isnan(found.absorber.stiffness_ratio)  # type: ignore[arg-type]
-    assert found.springs is not None and found.springs.stiffness is None
-
-
-def test_the_rod_bends_as_a_beam_of_its_mass() -> None:
-    by_density = parts(RIG).bending
-    assert by_density is not None
-    mass = 7850.0 * math.pi / 4.0 * 0.024**2 * 1.65
-    by_mass = parts(RIG, machine__rod__density=None, machine__rod__mass=mass).bending
-    assert by_mass is not None
-    first, other = (bending_frequencies(b.rod, b.body).value for b in (by_density, by_mass))
-    np.testing.assert_allclose(first, other, rtol=1e-11)
-    # a mass at the end of a light rod: w^2 = 3 E I / (M a^2 (L + a))
-    light = bending_frequencies(by_density.rod._replace(mass_per_length=1e-9),
-                                by_density.body._replace(diametral_inertia=0.0))  # fmt: skip
-    stiff = 205e9 * math.pi * 0.024**4 / 64.0
-    wanted = math.sqrt(3.0 * stiff / (22.0 * 0.15**2 * 1.65))
-    assert light.value[0] == pytest.approx(wanted, rel=1e-6)
 
 
 def test_several_stand_behind_what_carries_them() -> None:

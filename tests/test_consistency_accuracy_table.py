@@ -21,6 +21,7 @@ WITHOUT = {
         "balance",
         "body",
         "friction damper",
+        "friction damper of the line",
         "hardware",
         "isolation efficiency",
         "measurement",

@@ -8,11 +8,9 @@ from crank_trains import over_turn, slopes
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
-from vibecalc.excitation.articulated_forces import SlaveMasses, slave_excitation
 from vibecalc.kinematics.articulated_rod import SlaveRods, slave_motion
 
 TURN = 2.0 * np.pi
-X, Y, Z = np.eye(3)
 SPEED = 190.0
 
 
@@ -138,54 +136,6 @@ def test_forces_and_couples_are_those_of_all_points(where: str) -> None:
     for name, sense in (("with_crank", 1j), ("against_crank", -1j)):
         turning = record[f"excitation/turning/{name}"].values
         assert turning == pytest.approx(0.5 * np.abs(along + sense * ahead), abs=1e-9)
-
-
-def test_the_moment_of_two_point_masses_adds_nothing() -> None:
-    table, plain = engine("separate"), engine("separate")
-    for row, same in zip(
-        *(one["machine"]["crank_train"]["cylinders"] for one in (table, plain)), strict=True
-    ):
-        if "articulated" not in row:
-            continue
-        rod, both = row["articulated"], same["articulated"]
-        small = rod["rod_mass"] - rod["knuckle_mass"]
-        rod["inertia"] = rod["knuckle_mass"] * small / rod["rod_mass"] * rod["rod_length"] ** 2
-        del both["rod_mass"], both["inertia"]
-    # the rod of the train as well, which a slave rod without its own moment may not have
-    for one in (table, plain):
-        del one["machine"]["crank_train"]["rod"]["inertia"]
-    found, expected = (run_case(validate(one)) for one in (table, plain))
-    for path in ("excitation/force", "excitation/couple"):
-        off = np.abs(found[path].values - expected[path].values)
-        assert np.all(off <= found[path].error_estimate + expected[path].error_estimate)
-
-
-@pytest.mark.parametrize("count", [4, 9])
-def test_second_order_of_a_radial_engine_turns_with_the_crank(count: int) -> None:
-    """Short cranks: n m R^2 r / (l L), turning twice as fast, and nothing the other way."""
-    radius, length, knuckle = 2e-3, 0.25, 0.05
-    bank = TURN * np.arange(1, count) / count
-    column = bank[:, None]
-    ones = np.ones_like(column)
-    rods = SlaveRods(
-        radius, length, 0.0, 0.0 * ones, 0.0 * ones, column, knuckle * ones, column,
-        (length - knuckle) * ones,
-    )  # fmt: skip
-    frame: dict[str, Any] = {"axis": X, "stroke": Z, "across": Y, "highest_order": 4}
-    places = np.zeros((count - 1, 3))
-    slaves = slave_excitation(rods, SlaveMasses(ones, 0.0 * ones, places), **frame)
-    master = slave_excitation(
-        SlaveRods(radius, length, 0.0, *(np.zeros((1, 1)) for _ in range(5)),
-                  np.full((1, 1), length)),
-        SlaveMasses(np.ones((1, 1)), np.zeros((1, 1)), np.zeros((1, 3))),
-        **frame,
-    )  # fmt: skip
-    force = (slaves + master).value[1, :3]
-    along, ahead = force[2], -force[1]
-    law = count * radius**2 * knuckle / ((length - knuckle) * length)
-    with_crank, against = 0.5 * (along + 1j * ahead), 0.5 * (along - 1j * ahead)
-    assert with_crank == pytest.approx(-law, rel=1e-3)
-    assert abs(against) < 1e-3 * law
 
 
 def test_strokes_and_dead_centres() -> None:

@@ -14,7 +14,6 @@ from vibecalc.balance.weights import (
     Solution,
     counting,
     least_residual,
-    longest,
 )
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Record
@@ -120,49 +119,6 @@ def test_no_search_finds_less_where_places_are_free(seed: int) -> None:
     )  # fmt: skip
     assert found.left.value <= np.sqrt(best) * (1.0 + 1e-7)
     assert found.lower_bound <= found.left.value
-
-
-def test_of_equally_good_weights_the_least_are_given() -> None:
-    """Three planes for the force and couple of one throw: with bounds, by a program for that."""
-    places = np.array([-0.2, 0.05, 0.3])
-    force: Any = np.array([0.0, 1j, 1.0])
-    couple: Any = np.cross(0.1 * AXIS, force)
-    stand = places[:, None] * AXIS
-    frame, largest = FRAME._replace(origin=np.zeros(3)), np.array([0.2, 0.6, 0.9])
-    found = least(
-        force, couple, Places(np.ones(3, int), stand, stand, np.full(3, np.nan), largest), frame
-    )
-    # all stand opposite to the throw: u with sum u = 1, sum z u = 0.1, least sum (u / largest)^2
-    other = minimize(
-        lambda u: np.sum((u / largest) ** 2), largest, method="SLSQP",
-        constraints=[{"type": "eq", "fun": lambda u: [u.sum() - 1.0, places @ u - 0.1]}],
-        bounds=[(0.0, one) for one in largest], options={"ftol": 1e-15},
-    )  # fmt: skip
-    assert (found.left.value < 1e-14, found.free_directions) == (True, 2)
-    assert found.unbalance.value == pytest.approx(other.x, abs=1e-7)
-    assert found.phase.value == pytest.approx(np.pi, abs=1e-12)
-
-
-def test_a_free_place_is_found_to_the_last_digits_where_it_removes_all() -> None:
-    """A throw at 123 mm has its counterweight there, of its unbalance."""
-    force: Any = 0.7 * np.array([0.0, 1j, 1.0])
-    couple: Any = np.cross(FRAME.origin + 0.123 * AXIS, force)
-    first, last = -0.3 * AXIS[None, :], 0.4 * AXIS[None, :]
-    found = least(
-        force, couple, Places(np.array([1]), first, last, np.array([np.nan]), np.array([np.inf]))
-    )
-    assert found.left.value <= 1e-14
-    assert -0.3 + 0.7 * found.share[0] == pytest.approx(0.123, abs=1e-13)
-    assert (found.unbalance.value[0], found.phase.value[0]) == pytest.approx((0.7, np.pi))
-
-
-def test_the_longest_of_a_turn_is_the_half_axis_of_its_ellipse() -> None:
-    random = np.random.default_rng(1)
-    vector = random.normal(size=(5, 3)) + 1j * random.normal(size=(5, 3))
-    angle = np.linspace(0.0, 2.0 * np.pi, 20001)
-    walked = np.real(vector[..., None] * np.exp(1j * angle))
-    length = np.linalg.norm(walked, axis=1).max(axis=-1)
-    assert longest(Bounded(vector, np.zeros((5, 3)))).value == pytest.approx(length, rel=1e-7)
 
 
 #: what is sought stands at the ends: the longest levers need the least weight

@@ -4,15 +4,10 @@ import math
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
-from long_but import long_but
-from shipped_cases import result_of, table_of
 
-from vibecalc.core.case.load import validate
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Record
-from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.core.study.search.minimise import minimise
 from vibecalc.core.study.search.problem import Problem
@@ -126,19 +121,6 @@ def test_shafts_that_are_too_light_end_at_their_bounds_and_at_the_lower_bound(
     assert objective == pytest.approx(math.sqrt(2.0) * couple / 0.340, rel=1e-9)
 
 
-@pytest.mark.long
-def test_a_limit_that_the_best_balance_breaks_is_searched_for_above_the_lower_bound(
-    tmp_path: Path,
-) -> None:
-    limit = '[[limit]]\nquantity = "excitation/counterweight/force"\nmax = "2 kN"\n'
-    limit += 'where = { counterweight = "front" }\nsource = "web"\n'
-    variables = _both(WEIGHT, 0, "0.2 kg*m")
-    record = _run(tmp_path, variables, limit)
-    objective, bound = _value(record, "objective"), _value(record, "lower_bound")
-    assert objective > bound > 0.0
-    assert record["optimisation/margin"].values == pytest.approx([0.0], abs=1e-9)
-
-
 def test_keys_that_follow_a_variable_keep_to_it(tmp_path: Path) -> None:
     variables = []
     for which, most in ((WEIGHT, "0.2 kg*m"), (SHAFT, "0.02 kg*m")):
@@ -204,36 +186,3 @@ def test_variables_that_cannot_hold_are_refused(variable: str, words: str, tmp_p
     with pytest.raises(CaseError) as caught:
         load_checked([_file(tmp_path, [variable])])
     assert re.search(words, " ".join(str(caught.value).split()))
-
-
-# ----------------------------------------------------------------------------
-# The counterweight of the shipped compressor.
-# ----------------------------------------------------------------------------
-
-
-KEYS = ("unbalance", "phase", "position")
-
-
-def least() -> np.ndarray:
-    """The counterweight (3,) of least weighted energy, the first of the front."""
-    record = result_of("compressor_balance").record
-    path = "optimisation/front/variable/machine.crank_train.counterweights[0]"
-    return np.array([record[f"{path}.{key}"].values[0] for key in KEYS])
-
-
-def energy(point: np.ndarray) -> float:
-    """Weighted energy of a counterweight."""
-    case = table_of("compressor_balance")
-    train = case["machine"]["crank_train"]
-    weight = train["counterweights"][0] | dict(zip(KEYS, point.tolist(), strict=True))
-    machine = case["machine"] | {"crank_train": train | {"counterweights": [weight]}}
-    plain = {key: part for key, part in case.items() if key != "optimisation"}
-    record = run_case(validate(plain | {"machine": machine}))
-    return float(record["response/operations/kinetic_energy/weighted"].values.ravel()[0])
-
-
-@pytest.mark.parametrize("share", long_but([-0.02, 0.02], 0.02))
-def test_no_neighbour_of_the_first_point_is_better(share: float) -> None:
-    best = least()
-    for place in range(3):
-        assert energy(best * (1.0 + share * (np.arange(3) == place))) > energy(best)

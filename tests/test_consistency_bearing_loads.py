@@ -8,7 +8,7 @@ import pytest
 from crank_trains import over_turn, slopes
 from shipped_cases import table_of
 
-from vibecalc.bearings.crank_loads import bearing_shares, cycle_means, cycle_peaks
+from vibecalc.bearings.crank_loads import cycle_means, cycle_peaks
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import machine_warnings
@@ -177,14 +177,6 @@ def test_all_bearings_and_walls_make_the_shaking_of_the_engine() -> None:
     _, about_y, about_z = over_turn(record, angle, "couple")
     assert -moment.real == pytest.approx(about_y, abs=1e-9 * scale)
     assert -moment.imag == pytest.approx(about_z, abs=1e-9 * scale)
-
-
-def test_levers_of_bays_and_overhangs() -> None:
-    shares = bearing_shares([0.3, 0.0, 0.1], [0.05, 0.1, 0.25, -0.1, 0.5])
-    assert shares.sum(0) == pytest.approx(np.ones(5))
-    assert np.array([0.3, 0.0, 0.1]) @ shares == pytest.approx([0.05, 0.1, 0.25, -0.1, 0.5])
-    assert shares[:, 0] == pytest.approx([0.0, 0.5, 0.5])
-    assert shares[:, 4] == pytest.approx([2.0, 0.0, -1.0])
 
 
 def test_highest_and_mean_loads() -> None:

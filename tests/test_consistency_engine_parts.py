@@ -9,13 +9,11 @@ import tomllib
 
 import numpy as np
 import pytest
-from engine_cases import CARD, ENGINE, GEARED, cards, replaced
+from engine_cases import ENGINE, GEARED, replaced
 
-from vibecalc.cli.starters import starter
-from vibecalc.core.case.load import resolve, validate
+from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import machine_warnings
-from vibecalc.excitation.gas_tables import pressure_at
-from vibecalc.excitation.model import build_firing, firing_angle, gas_cards
+from vibecalc.excitation.model import build_firing, firing_angle
 from vibecalc.schema import Case
 from vibecalc.torsion.line import damping_matrix
 from vibecalc.torsion.model import build_shaft_line
@@ -107,25 +105,3 @@ def test_throws_stand_as_the_firing_has_them() -> None:
     np.testing.assert_allclose(np.exp(1j * crank), np.exp(-1j * phases), atol=1e-9)
     # two strokes: the throws say it
     np.testing.assert_allclose(build_firing(case_of(GEARED)).angle / DEGREE, [0, 180], atol=1e-12)
-
-
-def test_a_resolved_engine_is_the_same_engine() -> None:
-    for data in (tomllib.loads(ENGINE), tomllib.loads(GEARED), tomllib.loads(starter("engine"))):
-        first = resolve(validate(data))
-        assert resolve(validate(first)) == first
-
-
-def test_cards_and_scales_of_the_cylinders() -> None:
-    case = case_of(
-        ENGINE,
-        (CARD, cards("1800 rpm", "900 rpm")),
-        ('{ name = "2" }', '{ name = "2", pressure_scale = 0.9 }'),
-        ("orders =", 'misfire = ["3"]\norders ='),
-    )
-    speeds, made = gas_cards(case.machine)
-    np.testing.assert_allclose(speeds, np.array([900.0, 1800.0]) * math.pi / 30.0, rtol=1e-14)
-    assert len(made) == 2
-    assert pressure_at(made[0], 45.0 * DEGREE) == pytest.approx(3e6, rel=1e-12)
-    firing = build_firing(case)
-    assert firing.pressure_scale.tolist() == [1.0, 0.9, 1.0]
-    assert firing.fires.tolist() == [True, True, False]

@@ -13,16 +13,9 @@ from scipy.integrate import solve_ivp
 from shipped_cases import result_of
 
 from vibecalc import check, run
-from vibecalc.absorber.friction_damper import (
-    ALWAYS_SLIPS,
-    MOST_WORK,
-    DryFriction,
-    best_friction,
-    largest,
-    response,
-    shares,
-)
+from vibecalc.absorber.friction_damper import DryFriction, best_friction, largest, response
 from vibecalc.errors import CaseError, NumericalFailure
+from vibecalc.parts.dry_friction import ALWAYS_SLIPS, MOST_WORK, shares
 
 CASE = Path(__file__).parents[1] / "cases" / "absorber_friction.toml"
 

@@ -7,7 +7,6 @@ from long_but import long_but
 from vibecalc.excitation.cylinder_torque import gas_harmonics, motored_card
 from vibecalc.excitation.gas_tables import (
     FOUR_STROKE,
-    card_weights,
     gas_card,
     pressure_at,
 )
@@ -63,14 +62,6 @@ def test_monotone_pieces_stay_between_their_ends_and_splines_are_smooth_at_the_s
     assert slope + h * (2 * bend + 3 * h * cube) == pytest.approx(np.roll(slope, -1), rel=1e-9)
     assert bend + 3 * h * cube == pytest.approx(np.roll(bend, -1), rel=1e-7, abs=1e-3)
     assert pressure_at(spline, fine).min() < PRESSURE.min()
-
-
-def test_cards_at_several_speeds_are_mixed_linearly_and_met_exactly() -> None:
-    weights = card_weights([100.0, 200.0, 500.0], [100.0, 125.0, 200.0, 290.0, 500.0])
-    assert weights == pytest.approx(
-        np.array([[1, 0, 0], [0.75, 0.25, 0], [0, 1, 0], [0, 0.7, 0.3], [0, 0, 1]]), abs=1e-15
-    )
-    assert np.all(card_weights([300.0], [1.0, 900.0]) == 1.0)
 
 
 CYCLES = {

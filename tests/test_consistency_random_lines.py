@@ -82,6 +82,9 @@ def pairs(found: Results, case) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     every = [line.at(at, silent) for at in np.linspace(asked["from"], asked["to"], 7)]
     seen = np.array([half_range(order, one.torque) for one in every]).T
     yield "speeds/torque_half_range", found["speeds/torque_half_range"], seen
+    if line.gears:
+        seen = np.array([half_range(order, one.gear) for one in every]).T
+        yield "speeds/gear_torque", found["speeds/gear_torque"], seen
     if "conditions/torque_half_range" in found:
         out = [{}, *({one["name"]: 0.0} for one in line.train["cylinders"])]
         each = [line.at(speed, one) for one in out]

@@ -47,14 +47,6 @@ def half(name: str, speed: float) -> float:
     return halves(speed)[name]
 
 
-@pytest.mark.parametrize("place", [0, 77, 90, 91, 113, 190, 250])
-def test_torques_over_the_speeds(place: int) -> None:
-    speed = float(axis("speeds/gear_torque", 1)[place])
-    for path in ("speeds/gear_torque", "speeds/torque_half_range"):
-        expected = [half(name, speed) for name in axis(path, 0)]
-        assert values(path)[:, place] == pytest.approx(expected, rel=1e-9)
-
-
 #: limit -> load, torque allowed for lasting and for passing through at the operating speed, N m;
 #: 0.3 of the mean torque of the reduction, which drives all but the take-off: 12906.4 - 3800 N m
 ALLOWED = {

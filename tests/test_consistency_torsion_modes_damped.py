@@ -14,12 +14,20 @@ from vibecalc.torsion.damped_modes import (
     MOVES,
     NO_PEAK,
     LineModes,
+    _largest_first,
     damped_line_modes,
     moves_modes,
 )
 from vibecalc.torsion.line import Line, chain, damping_matrix, equivalent_line, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.poles import MANY, all_poles, guesses, modal_damping_matrix
+from vibecalc.torsion.poles import (
+    MANY,
+    _clusters,
+    all_poles,
+    close,
+    guesses,
+    modal_damping_matrix,
+)
 
 
 def damped_engine(coefficient: float) -> Line:
@@ -277,3 +285,25 @@ def test_close_modes_of_a_long_line_that_dashpots_couple() -> None:
     value = value[value.imag > 1.0]
     value = value[np.argsort(np.abs(value))]
     assert np.allclose(found.pole[found.pole.imag > 0.0], value, rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_poles_are_joined_and_given_to_modes_as_by_all_pairs(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    weight = np.round(6.0 * draw.random((25, 25))) / 6.0
+    left, expected = weight.copy(), np.full(25, -1)
+    for _ in expected:
+        row, column = np.unravel_index(np.argmax(left), left.shape)
+        expected[row] = column
+        left[row], left[:, column] = -1.0, -1.0
+    assert (_largest_first(weight) == expected).all()
+    about = draw.choice(draw.normal(size=(5, 2)), 25) @ [1.0, 1.0j]
+    pole = about + 1e-3 * (draw.normal(size=(25, 2)) @ [1.0, 1.0j])
+    error = 10.0 ** draw.uniform(-6.0, -2.0, 25)
+    first = np.argmax(close(pole, error), axis=1)
+    while np.any(first != first[first]):
+        first = first[first]
+    same = first[:, None] == first
+    cluster = _clusters(pole, error)
+    assert ((cluster[:, None] == cluster) == same).all()
+    assert 1 < len(np.unique(cluster)) < 25

@@ -6,7 +6,7 @@ of its torques.
 import mpmath
 import numpy as np
 import pytest
-from random_lines import open_line
+from random_lines import random_line
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
@@ -114,7 +114,7 @@ def test_errors_of_a_shape_that_fades() -> None:
 
 
 def test_a_gear_without_load_counts_the_lower_torque() -> None:
-    table = open_line(11)
+    table = random_line(11)
     table["response"]["torsion"].pop("speeds", None)
     record = run_case(validate(table))
     place = "response/torsion/gear/"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import wraps
+from math import pi
 from typing import Any, NamedTuple
 
 EXIT_FINE = 0
@@ -182,3 +183,13 @@ class PointsApart(Exception):
     def __init__(self, kinds: Any, alone: Any = False):
         self.kinds, self.alone = kinds, alone
         super().__init__("points of one array call differ in kind")
+
+
+def in_rpm(speed: float) -> str:
+    """A speed in rad/s as a message says it."""
+    return f"{speed * 30.0 / pi:.6g} rpm"
+
+
+def in_hertz(frequency: float) -> str:
+    """A frequency in rad/s as a message says it."""
+    return f"{frequency / (2.0 * pi):.6g} Hz"

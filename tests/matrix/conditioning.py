@@ -35,11 +35,13 @@ DIGITS = 2e9
 #: how much larger than demanded a tolerance may be
 ROOM = 1e4
 
-#: tables and keys that are not inputs of the physics
+#: tables and keys that are not inputs of the physics, and the exponents of laws: what goes with the
+#: square of the speed has an exact form, and is refused with any other power in a change of speed
 _KEPT = {
     *("schema", "accuracy", "reference", "reference_table", "limit", "sweep", "find"),
     *("optimisation", "run_up", "speeds", "orders", "from", "to", "span", "steps", "points"),
     *("samples", "seed", "where", "curves", "range", "repeat", "box", "design_factor"),
+    "exponent",
 }
 #: rtol of the comparison; small enough that no limit of `diff` cuts in
 _UNIT = 1e-6

@@ -1,17 +1,6 @@
-"""A mass that dry friction drags along, Lanchester's damper: first harmonic of all it does.
+"""Lanchester's damper on a primary of one mode: response to a harmonic force, best friction.
 
-A primary of one mode moves as theta = Y sin(w t). A mass J2 next to it, on which friction of the
-size F acts, is dragged along. With t = F / (J2 w^2 Y) it
-
-- slips all the time up to t = 1 / sqrt(1 + pi^2 / 4): its speed rises and falls in straight lines;
-- slips for a part of each half turn, and sticks for the other, up to t = 1;
-- sticks for good beyond.
-
-The first harmonic of the friction acts on the primary as an inertia `inertia` J2 and as a damper
-`damping` J2 w (`FrictionShares`). Where it always slips these are 2 t^2 and
-(4 / pi) t sqrt(1 - (pi t / 2)^2), whose work in a cycle, 4 F Y sqrt(1 - (pi t / 2)^2), is largest
-for t = sqrt(2) / pi: (4 / pi) J2 w^2 Y^2. Source: J. P. Den Hartog, Mechanical Vibrations (1956);
-where it sticks, the integrals of docs/theory_absorber.md.
+By the first harmonic of all the friction does, `vibecalc.parts.dry_friction`.
 """
 
 from typing import Any, NamedTuple
@@ -22,14 +11,8 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.parts.dry_friction import ALWAYS_SLIPS, settled, shares
 
-#: friction over inertia times acceleration up to which the mass slips all the time, and that of the
-#: largest work in a cycle
-ALWAYS_SLIPS, MOST_WORK = 1.0 / np.sqrt(1.0 + np.pi**2 / 4.0), np.sqrt(2.0) / np.pi
-#: steps to the end of a slip, and to a response
-_SLIP_STEPS, _STEPS = 16, 44
-#: t at which a response is looked up, from nearly free to sticking
-_SHARES = np.concatenate([np.geomspace(1e-9, 0.02, 40), np.linspace(0.02, 1.0, 120)[1:]])
 #: errors: roundings of a response, place of a peak, relative ones of what conditions settle
 _ROUNDINGS, _PLACE, _SETTLED = 64.0, 4e-8, 1e-10
 _NOT_FOUND = (
@@ -40,37 +23,6 @@ _NOT_FOUND = (
 _STEP = 1e-30
 #: frequency ratios and friction ratios that are looked at first
 _PLACES, _FRICTIONS = 81, np.geomspace(1e-3, 2.0, 12)
-
-
-class FrictionShares(NamedTuple):
-    """What the mass is to the primary (...): inertia over its own, damping over J2 w."""
-
-    inertia: FloatArray
-    damping: FloatArray
-
-
-def shares(friction: ArrayLike) -> FrictionShares:
-    """First harmonic of friction (...) over inertia times acceleration, t = F / (J2 w^2 Y)."""
-    t = np.asarray(friction, dtype=float)
-    slow = np.minimum(0.5 * np.pi * t, 1.0)
-    inertia, damping = 2.0 * t * t, 4.0 / np.pi * t * np.sqrt(1.0 - slow * slow)
-    inertia, damping = np.where(t < 1.0, inertia, 1.0), np.where(t < 1.0, damping, 0.0)
-    some = (t > ALWAYS_SLIPS) & (t < 1.0)
-    if not np.any(some):
-        return FrictionShares(inertia, damping)
-    # it slips from the angle `a` of the motion, where the primary slows down faster than friction
-    # can make it, to `b`, where both have one speed: root of a concave function, from beyond it
-    t = t[some]
-    a = np.arcsin(t)
-    b = a + np.pi
-    for _ in range(_SLIP_STEPS):
-        slope = np.minimum(np.sin(b) - t, -1e-300)
-        b = b - (np.cos(a) - t * (b - a) - np.cos(b)) / slope
-    stuck = (a + np.pi - b) - 0.5 * (np.sin(2.0 * a) - np.sin(2.0 * b))
-    inertia[some] = (stuck + 2.0 * t * (np.cos(a) - np.cos(b))) / np.pi
-    work = np.sin(b) ** 2 - np.sin(a) ** 2 + 2.0 * t * (np.sin(a) - np.sin(b))
-    damping[some] = work / np.pi
-    return FrictionShares(inertia, damping)
 
 
 # ----------------------------------------------------------------------------
@@ -95,29 +47,16 @@ def response(damper: DryFriction, frequency_ratio: ArrayLike) -> FloatArray:
     x = np.asarray(frequency_ratio, dtype=float)
     moved = m * np.square(x)
 
-    def stiffness(t: FloatArray, moved: FloatArray, x: FloatArray) -> FloatArray:
+    def stiffness(t: FloatArray) -> FloatArray:
         """Force over K1 and amplitude."""
         share = shares(t)
         real, imaginary = 1.0 - x * x - moved * share.inertia, 2.0 * z1 * x + moved * share.damping
-        return np.hypot(real, imaginary)
+        return np.asarray(np.hypot(real, imaginary))
 
-    with np.errstate(divide="ignore"):
-        stuck = 1.0 / stiffness(np.ones_like(x), moved, x)
-        free = 1.0 / np.hypot(1.0 - x * x, 2.0 * z1 * x)
     if f == 0.0:
-        return np.asarray(free)
-    # force at each t over T0, less 1
-    over = stiffness(_SHARES, moved[:, None], x[:, None]) * f
-    enough = over <= moved[:, None] * _SHARES
-    place = np.argmax(enough, axis=1)
-    high, low = _SHARES[place], _SHARES[np.maximum(place - 1, 0)]
-    for _ in range(_STEPS):
-        middle = 0.5 * (low + high)
-        less = stiffness(middle, moved, x) * f <= moved * middle
-        low, high = np.where(less, low, middle), np.where(less, middle, high)
-    sticks = (f >= moved * stuck) & ~np.any(enough[:, :-1], axis=1)
-    slips = np.where(place > 0, f / np.where(moved > 0.0, moved, 1.0) / high, np.inf)
-    return np.asarray(np.where(sticks, stuck, slips))
+        with np.errstate(divide="ignore"):
+            return np.asarray(1.0 / np.hypot(1.0 - x * x, 2.0 * z1 * x))
+    return settled(stiffness, f, moved)[0]
 
 
 def largest(damper: DryFriction) -> tuple[Bounded, float]:

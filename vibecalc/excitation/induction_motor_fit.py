@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import NumericalFailure, in_rpm
 from vibecalc.excitation.induction_motor import STEP, InductionMotor, steady_torque, torque_of
 from vibecalc.excitation.induction_motor_identify import (
     Identifiability,
@@ -200,14 +200,14 @@ def warnings_of(
     if abs(relative[worst]) > MISFIT:
         said.append(
             f"the fitted motor misses the slip table by up to {100 * relative[worst]:+.1f} % (at a "
-            f"slip of {slip[worst]:.4g} rad/s)"
+            f"slip of {in_rpm(slip[worst])})"
         )
     if not used.all():
         last = int(np.argmax(np.where(used, -1.0, np.abs(relative))))
         said.append(
             f"{int((~used).sum())} rows beyond the breakdown torque are not fitted; the motor "
-            f"misses them by up to {100 * relative[last]:+.1f} % (at a slip of {slip[last]:.4g} "
-            "rad/s)"
+            f"misses them by up to {100 * relative[last]:+.1f} % (at a slip of "
+            f"{in_rpm(slip[last])})"
         )
     if minimum.at_bound or not np.isfinite(minimum.log_error):
         said.append(

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import NumericalFailure, in_hertz, in_rpm
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.leading import product
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, BoolArray
@@ -174,8 +174,8 @@ def dynamics_by_order(
         inverse = _inverse(stiffness * weight) * weight
     except np.linalg.LinAlgError:
         raise NumericalFailure(
-            f"a dynamic stiffness matrix between {np.min(frequency):.9g} and "
-            f"{np.max(frequency):.9g} rad/s is exactly singular: an order is on an undamped "
+            f"a dynamic stiffness matrix between {in_hertz(np.min(frequency))} and "
+            f"{in_hertz(np.max(frequency))} is exactly singular: an order is on an undamped "
             f"natural frequency; give the mounts damping or a loss factor, or move the speed"
         ) from None
     return Dynamics(stiffness, error, inverse)
@@ -264,8 +264,8 @@ def require_digits(
         order = float(orders[row])
         met = float(np.broadcast_to(speed, lost.shape[:-1])[tuple(place)])
         raise NumericalFailure(
-            f"order {order:g} at {met:.9g} rad/s meets an undamped resonance at "
-            f"{order * met:.9g} rad/s: of the response fewer than four digits would be certain. "
+            f"order {order:g} at {in_rpm(met)} meets an undamped resonance at "
+            f"{in_hertz(order * met)}: of the response fewer than four digits would be certain. "
             "Give the mounts damping or a loss factor in every direction, or move the speed or "
             "the stiffness"
         )

@@ -15,6 +15,7 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
+from vibecalc.errors import in_rpm
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.linear import Linear, dynamics, response
 from vibecalc.numerics.rounding import FloatArray
@@ -80,7 +81,7 @@ def response_topics(scene: Scene) -> list[Topic]:
         for name, given in ways.items()
     ]
     extra = INVERSE if options.method == "direct" else float(np.ceil(EIGENPAIRS / count + INVERSE))
-    ask = Ask("translations by order", f"{count} driven orders at {speed:.6g} rad/s",
+    ask = Ask("translations by order", f"{count} driven orders at {in_rpm(speed)}",
               "response/translation_harmonics", extra,
               "an error for every entry; modes are results themselves")  # fmt: skip
     return [*found, forced(ask, solvers, matrices, w, load.value, lambda found: found[:, :3])]

@@ -1,12 +1,11 @@
 """Where an order may meet a natural frequency: refused at a point, masked in a range."""
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import NumericalFailure, in_hertz, in_rpm
 from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
 
@@ -54,8 +53,6 @@ def _joined(first: np.ndarray, other: np.ndarray) -> np.ndarray:
 # An order on an undamped natural frequency: refused at a point, masked in a range of speeds.
 # ----------------------------------------------------------------------------
 
-_TURN = 2.0 * math.pi
-
 
 class MaskedSpeeds(NamedTuple):
     """Intervals of crank speed in which nothing is computed, ascending; all (intervals,).
@@ -96,9 +93,8 @@ def check_operating_point(
     for row, column in np.argwhere(met):
         frequency = float(resonances.frequency[column])
         place = (
-            f"order {orders[row]:g} at {speed:.9g} rad/s ({speed * 60.0 / _TURN:.6g} rpm) is on "
-            f"the undamped natural frequency of mode {column + 1}, {frequency:.9g} rad/s "
-            f"({frequency / _TURN:.6g} Hz)"
+            f"order {orders[row]:g} at {in_rpm(speed)} is on "
+            f"the undamped natural frequency of mode {column + 1}, {in_hertz(frequency)}"
         )
         if not resonances.idle[row, column]:
             raise NumericalFailure(
@@ -139,7 +135,7 @@ def idle_warnings(
     met = resonances.frequency / np.asarray(orders)[:, None]
     crossed = left_out(resonances) & (met >= start) & (met <= stop)
     return tuple(
-        f"undamped mode {column + 1} ({resonances.frequency[column]:.9g} rad/s) is crossed by "
+        f"undamped mode {column + 1} ({in_hertz(resonances.frequency[column])}) is crossed by "
         f"order {', '.join(f'{order:g}' for order in np.asarray(orders)[crossed[:, column]])} "
         f"without being driven (modal force zero to rounding): it is left out there"
         for column in np.flatnonzero(np.any(crossed, axis=0))

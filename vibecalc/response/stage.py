@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Entries, Harmonics, Leading, Stage, Subject, Unit, below
+from vibecalc.errors import in_rpm
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
@@ -105,7 +106,7 @@ def plan_response(case: "Case") -> Iterator[Stage]:
         name="response",
         adapter="vibecalc.response.adapters.response:run_response",
         why=f'[response] is in the case, method = "{options.method}"' + loads.why,
-        cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
+        cost=f"one solve per order at {in_rpm(case.machine.speed)}",
         quantities=quantities,
         is_last=not case.point or case.isolation is not None,
         work=lambda _, number: ((2 * number, "body_solve"), (1, "modes")),
@@ -141,7 +142,8 @@ def plan_response(case: "Case") -> Iterator[Stage]:
             name="speeds",
             adapter="vibecalc.response.adapters.response:run_speeds",
             why="[response] run_up is in the case" + loads.why,
-            cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
+            cost="one solve per order at some hundred speeds from "
+            f"{in_rpm(first)} to {in_rpm(last)}",
             quantities=paths_of(OverSpeed) + paths_of(LeftOut),
             work=lambda _, number: ((number * _RUN_UP, "body_solve"), (1, "modes")),
         )

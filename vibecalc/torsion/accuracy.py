@@ -30,6 +30,7 @@ from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds, placed
 from vibecalc.torsion.adapters.transient_motion import journey, running
 from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, system_of
+from vibecalc.torsion.asked import has_friction_damper
 from vibecalc.torsion.damper_design.design import design_from
 from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, torque_at
@@ -305,7 +306,7 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     """Torques of the sections over the first cycle of a change in time; none without one."""
     setup = build_setup(running(scene.case))
     options = setup.torsion.transient
-    if options is None or options.kind == "clutch_in":
+    if options is None or options.kind == "clutch_in" or has_friction_damper(scene.case):
         return []
     path = journey(setup, scene.case.machine, options)
     whole, steady, first = course_of(path.stretches, path.speed), path.start == "steady", 0

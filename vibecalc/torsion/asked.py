@@ -58,6 +58,11 @@ def has_damped_rings(case: Case) -> bool:
     )
 
 
+def has_friction_damper(case: Case) -> bool:
+    """Whether dry friction drags a ring along."""
+    return any(one.kind == "friction" for one in shaft_line_of(case).dampers)
+
+
 def modes_follow_speed(case: Case) -> bool:
     """Whether pendulums, or couplings that vary, let natural frequencies change with the speed."""
     if any(one.kind == "pendulum" for one in shaft_line_of(case).dampers):

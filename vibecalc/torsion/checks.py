@@ -19,7 +19,12 @@ from vibecalc.torsion.line_checks import (
     excitation_problems,
     shaft_line_problems,
 )
-from vibecalc.torsion.question_checks import change_problems, curve_problems, steps_problems
+from vibecalc.torsion.question_checks import (
+    change_problems,
+    curve_problems,
+    friction_problems,
+    steps_problems,
+)
 from vibecalc.torsion.shaft_line_tables import Layout, ShaftLine, stressed
 from vibecalc.torsion.tables import AsPublished, LineSpeeds, Torsion
 
@@ -57,6 +62,7 @@ def line_problems(case: Case) -> Iterator[Problem]:
     if torsion is not None:
         yield from _orders(case, torsion)
         yield from change_problems(line, layout, torsion)
+        yield from friction_problems(case, line, torsion)
         yield from _damping(line, torsion)
         yield from _published(line, torsion)
         if torsion.limits:
@@ -274,6 +280,14 @@ def design_problems(case: Case, line: ShaftLine, layout: Layout) -> Iterator[Pro
             message="pendulums are tuned by their order, not by a spring and a damper",
             found=repr(design.on[:60]),
             allowed="a station, or a damper of kind 'viscous' or 'spring'",
+        )
+    if replaced is not None and replaced.kind == "friction":
+        yield Problem(
+            path=(*DESIGN, "on"),
+            message="a ring on dry friction is not designed by a spring and a damper",
+            found=repr(design.on[:60]),
+            allowed="a station, or a damper of kind 'viscous' or 'spring'",
+            also=(*LINE, "dampers"),
         )
     for key in ("inertia", "stiffness", "damping"):
         bound, given, sought = (

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import Line, free_parts
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.poles import Poles, close, guesses, modal_damping_matrix, refined
@@ -28,6 +28,8 @@ from vibecalc.torsion.poles import Poles, close, guesses, modal_damping_matrix, 
 NO_PEAK = float(np.sqrt(0.5))
 #: share of a natural frequency by which damping must move one for poles to count as modes
 MOVES = 0.005
+#: others that have up to this share of what the mode of its rank has of a pole are not asked for it
+MIXED = 0.5
 
 
 class LineModes(NamedTuple):
@@ -156,17 +158,10 @@ def poles_of_modes(line: Line, modes: Modes, line_at: Callable[[FloatArray], Lin
             "a mode is damped so strongly that it does not vibrate any more: no pole belongs to it"
         )
     # to each mode the pole whose shape has most of it, of close ones the next by size
-    pole = np.arange(len(moving))
-    if not _each_its_own(line, modes, found.shape):
-        # parts apart: numpy would make the real factor complex
-        lever = modes.shape[moving] * line.inertia
-        weight = np.hypot(lever @ found.shape.real, lever @ found.shape.imag)
-        weight /= np.sqrt(modes.modal_inertia[moving])[:, None]
-        pole = np.argmax(weight, axis=1)
-        for _ in moving if np.any(np.bincount(pole) > 1) else ():
-            row, column = np.unravel_index(np.argmax(weight), weight.shape)
-            pole[row] = column
-            weight[row], weight[:, column] = -1.0, -1.0
+    pole, left = np.arange(len(moving)), _unsure_of_rank(line, modes, found.shape)
+    if len(left):
+        weight = _weight(line, modes, moving[left], found.shape[:, left])
+        pole[left] = left[_largest_first(weight)]
     count = len(modes.frequency)
     every = Poles(np.zeros(count, complex), modes.shape.T.astype(complex), *np.zeros((2, count)))
     every.pole[moving], every.shape[:, moving] = found.pole[pole], found.shape[:, pole]
@@ -174,18 +169,48 @@ def poles_of_modes(line: Line, modes: Modes, line_at: Callable[[FloatArray], Lin
     return every
 
 
-def _each_its_own(line: Line, modes: Modes, shape: ComplexArray) -> bool:
-    """Whether shapes (n, g) of poles by size, each have most of the moving mode of their rank.
+def _weight(line: Line, modes: Modes, chosen: IntArray, shape: ComplexArray) -> FloatArray:
+    """How much chosen modes (m,) have of shapes (n, g): (m, g)."""
+    # parts apart: numpy would make the real factor complex
+    lever = modes.shape[chosen] * line.inertia
+    weight = np.hypot(lever @ shape.real, lever @ shape.imag)
+    return np.asarray(weight / np.sqrt(modes.modal_inertia[chosen])[:, None])
 
-    Then no sum over all modes tells more: what their inertia x^H J x has beyond that of their own
-    mode is all that any other mode can have of them.
+
+def _unsure_of_rank(line: Line, modes: Modes, shape: ComplexArray) -> IntArray:
+    """Places of moving modes whose weight in the pole of their rank may not be the largest.
+
+    Of shapes (n, g) of poles by size: neither among the poles nor among the modes. No sum over all
+    modes tells more of most of them: what the inertia x^H J x of a pole has beyond that of the mode
+    of its rank is all that any other can have of it.
     """
     moving = np.flatnonzero(modes.frequency > 0.0)
     lever = (modes.shape[moving] * line.inertia).T
     own = np.abs(np.sum(lever * shape, axis=0)) / np.sqrt(modes.modal_inertia[moving])
     whole = np.sum(line.inertia[:, None] * np.square(np.abs(shape)), axis=0)
     others = np.sqrt(np.maximum(whole - np.square(own), 0.0) + 1e-6 * whole)
-    return bool(np.min(own, initial=np.inf) > np.max(others, initial=0.0))
+    mixed = others >= MIXED * own
+    unsure = mixed | (own <= np.max(others[~mixed], initial=0.0))
+    if np.any(mixed):
+        weight = _weight(line, modes, moving, shape[:, mixed])
+        unsure |= own <= np.max(weight, axis=1)
+    return np.flatnonzero(unsure)
+
+
+def _largest_first(weight: FloatArray) -> IntArray:
+    """Column of each row of weights (m, m), no column twice: the largest of all weights goes first.
+
+    Entries that are the largest of their row and of their column are all given at once.
+    """
+    column: IntArray = np.argmax(weight, axis=1)
+    rows = columns = np.arange(len(weight)) if np.any(np.bincount(column) > 1) else column[:0]
+    while len(rows):
+        left = weight[np.ix_(rows, columns)]
+        best = np.argmax(left, axis=1)
+        given = np.argmax(left, axis=0)[best] == np.arange(len(rows))
+        column[rows[given]] = columns[best[given]]
+        rows, columns = rows[~given], np.delete(columns, best[given])
+    return column
 
 
 def _scaled(shape: ComplexArray, stations: int) -> tuple[ComplexArray, ComplexArray]:

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded, reshaped, rounded, square, where
+from vibecalc.numerics.bounded import Bounded, bounded, reshaped, rounded, square, where
 from vibecalc.numerics.rounding import (
     EPSILON,
     SINGULAR,
+    UNIT_ROUNDOFF,
     BoolArray,
     ComplexArray,
     FloatArray,
@@ -25,9 +26,11 @@ from vibecalc.torsion.line import (
     complex_stiffness,
     damping_matrix,
     dynamic_stiffness,
+    free_parts,
     mapped,
     network_matrix,
     part_of,
+    spring_twists,
     stiffness_matrix,
     walk,
 )
@@ -520,7 +523,11 @@ def largest_half_range(
 # ----------------------------------------------------------------------------
 
 
-def steady_shares(line: Line) -> FloatArray:
+#: of a stiffness, and of sums of a few torques
+SHARE_ROUNDINGS = 4.0
+
+
+def steady_shares(line: Line) -> Bounded:
     """Torque (e, n) of each element for a mean torque of one at each freedom of a line at rest.
 
     With mean torques M (n,) that balance, shares @ M is k (phi[first] - phi[second]). In a tree
@@ -540,9 +547,7 @@ def steady_shares(line: Line) -> FloatArray:
             above |= walk(neighbours, root)
     held = np.count_nonzero(line.ground_stiffness)
     if len(springs) > sum(parent >= 0 for parent in above.values()) or held > 1:
-        inverse = np.linalg.pinv(stiffness_matrix(line), hermitian=True)
-        twist = inverse[line.first] - inverse[line.second]
-        return np.asarray(line.stiffness[:, None] * twist)
+        return _shares_by_stiffness(line)
     below = np.eye(count)
     shares = np.zeros((elements, count))
     for station, parent in reversed(above.items()):
@@ -551,7 +556,26 @@ def steady_shares(line: Line) -> FloatArray:
             edge = neighbours[station][parent]
             shares[edge] = below[station] * (1.0 if line.first[edge] == station else -1.0)
             below[parent] += below[station]
-    return shares
+    return bounded(shares)
+
+
+def _shares_by_stiffness(line: Line) -> Bounded:
+    """The same where loops or several springs to ground share the torques.
+
+    With shares S of all springs, whose twists the rows D read, torques t that lack equilibrium by r
+    are off by S r; a torque that comes out wrong, or by another stiffness, by d in one spring alone
+    leaves (1 - S D^T) d: nothing in springs outside of loops.
+    """
+    rows, stiffness = spring_twists(line)
+    parts = free_parts(line, line.stiffness != 0.0)
+    load = np.eye(rows.shape[1]) - parts.T @ (parts / parts.sum(axis=1, keepdims=True))
+    shares = stiffness[:, None] * (rows @ np.linalg.pinv(stiffness_matrix(line), hermitian=True))
+    shares = shares + shares @ (load - rows.T @ shares)
+    size, lost = np.abs(shares), SHARE_ROUNDINGS * UNIT_ROUNDOFF
+    left = np.abs(load - rows.T @ shares) + lost * (np.abs(load) + np.abs(rows.T) @ size)
+    round_loops = np.abs(np.eye(len(rows)) - shares @ rows.T)
+    error = size @ left + round_loops @ (lost * size)
+    return Bounded(shares, error)[: line.stiffness.size]
 
 
 # ----------------------------------------------------------------------------

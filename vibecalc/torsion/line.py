@@ -100,6 +100,20 @@ def dynamic_stiffness(line: Line, frequency: FloatArray) -> ComplexArray:
     return network_matrix(line, element, ground)
 
 
+def spring_twists(line: Line) -> tuple[FloatArray, FloatArray]:
+    """Rows (e + g, n) that read the twists of elements, then of ground springs, from angles.
+
+    With the stiffnesses (e + g,) in N m/rad of these; of a line without leading axes.
+    """
+    e, n = line.stiffness.size, line.inertia.size
+    ground = np.flatnonzero(line.ground_stiffness)
+    rows = np.zeros((e + ground.size, n))
+    rows[np.arange(e), line.first] += 1.0
+    rows[np.arange(e), line.second] -= 1.0
+    rows[e + np.arange(ground.size), ground] = 1.0
+    return rows, np.concatenate([line.stiffness, line.ground_stiffness[ground]])
+
+
 def complex_stiffness(line: Line, frequency: FloatArray) -> ComplexArray:
     """k (1 + i eta) + i w c of the elements (..., e), N m/rad, at frequencies (...) in rad/s.
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import NumericalFailure, in_hertz
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import (
     Line,
@@ -236,7 +236,7 @@ def refined(
     lost = np.flatnonzero(moved > UNSETTLED * np.abs(pole))
     if len(lost):
         raise NumericalFailure(
-            f"loss factors as dashpots near {abs(guess[lost[0]]):.6g} rad/s: the mode there is "
+            f"loss factors as dashpots near {in_hertz(abs(guess[lost[0]]))}: the mode there is "
             "damped so strongly that it has no natural frequency"
         )
     if not len(pole):
@@ -259,7 +259,7 @@ def refined_pole(line: Line, guess: complex) -> tuple[complex, float]:
         shape = inverse_iteration(line, np.array([guess]), shape)
     found = refined(line, np.array([guess]), shape)
     if not len(found.pole):
-        raise NumericalFailure(f"no mode near {abs(guess):.6g} rad/s vibrates")
+        raise NumericalFailure(f"no mode near {in_hertz(abs(guess))} vibrates")
     return complex(found.pole[0]), float(found.error[0])
 
 
@@ -270,7 +270,20 @@ def close(pole: ComplexArray, error: FloatArray) -> BoolArray:
 
 def _clusters(pole: ComplexArray, error: FloatArray) -> IntArray:
     """Of each pole (g,) the place of the first one that a chain of close ones joins it to."""
-    first = np.argmax(close(pole, error), axis=1)
+    first, most = np.arange(len(pole)), float(np.max(error, initial=0.0))
+    size = np.abs(pole)
+    rising = np.argsort(size, kind="stable")
+    for apart in range(1, len(pole)):
+        one, other = rising[:-apart], rising[apart:]
+        # sizes are no farther apart than poles, but for their rounding
+        near = np.flatnonzero(size[other] - size[one] <= error[one] + 2.0 * most)
+        if not len(near):
+            break
+        one, other = one[near], other[near]
+        joined = np.abs(pole[one] - pole[other]) <= error[one] + error[other]
+        one, other = one[joined], other[joined]
+        np.minimum.at(first, one, other)
+        np.minimum.at(first, other, one)
     while np.any(first != first[first]):
         first = first[first]
     return np.asarray(np.unique(first, return_inverse=True)[1])

@@ -412,6 +412,52 @@ def _form(line: ShaftLine, torsion: Torsion, change: "Transient") -> Iterator[Pr
         )
 
 
+def friction_problems(case: Case, line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
+    """A ring on dry friction: one of a line, on linings, at an order that there is."""
+    rubbed = [(n, one) for n, one in enumerate(line.dampers) if one.kind == "friction"]
+    if not rubbed:
+        return
+    (place, damper), *others = rubbed
+    path: KeyPath = (*LINE, "dampers", place)
+    if others:
+        yield Problem(
+            path=(*LINE, "dampers", others[0][0], "kind"),
+            message="a shaft line has one damper with dry friction at most",
+            allowed="a damper of another kind",
+            also=(*path, "kind"),
+        )
+    if damper.stiffness == 0.0:
+        yield Problem(
+            path=(*path, "stiffness"),
+            message="a ring on dry friction needs the stiffness of its linings",
+            found="0",
+            allowed="> 0; stiff linings leave the ring all but fixed while it does not slip",
+        )
+    orders = np.array(excited_orders(case))
+    if not np.any(np.abs(orders - (damper.order or 0.0)) <= 1e-9 * orders):
+        yield Problem(
+            path=(*path, "order"),
+            message="the order of a friction damper is none that excites the line",
+            found=f"{damper.order:g}",
+            allowed=f"one of the orders {orders_words(case)}",
+        )
+    if torsion.damping_model is not None or torsion.method == "modal":
+        key = "damping_model" if torsion.damping_model is not None else "method"
+        yield Problem(
+            path=("response", "torsion", key),
+            message="dry friction has no damping ratio of a mode",
+            allowed="method = 'direct', dampings of shafts, stations or dampers",
+            also=(*path, "kind"),
+        )
+    if torsion.transient is not None and torsion.transient.clutch is not None:
+        yield Problem(
+            path=(*TRANSIENT_TABLE, "kind"),
+            message="a transient has a clutch or a damper with dry friction, not both",
+            allowed="another change, or a damper of another kind",
+            also=(*path, "kind"),
+        )
+
+
 def _massless(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """Stations without inertia, but those that rigid gears join to an inertia."""
     named = [*zip(layout.freedom, line.stations, strict=True)]

@@ -606,7 +606,7 @@ _OWN_STAGES = tuple(
     f"{ROOT}/{name}/"
     for name in (
         *("curves", "irregularity", "conditions", "transient", "variable_inertia"),
-        "as_published",
+        *("as_published", "friction_damper"),
     )
 )
 

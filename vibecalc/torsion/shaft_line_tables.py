@@ -54,10 +54,10 @@ else:
     globals().update(later({_PARTS: f"{_named} StationExcitation"}))
 
 # ----------------------------------------------------------------------------
-# A damper on a shaft line: a ring behind oil or springs, or pendulums.
+# A damper on a shaft line: a ring behind oil, springs or dry friction, or pendulums.
 # ----------------------------------------------------------------------------
 
-DamperKind = Literal["viscous", "spring", "pendulum"]
+DamperKind = Literal["viscous", "spring", "friction", "pendulum"]
 
 
 class LineDamper(Table):
@@ -65,17 +65,25 @@ class LineDamper(Table):
 
     name: Name = key("label in tables and `where`")
     on: Name = key("name of its station")
-    kind: DamperKind = key("viscous damper, ring on springs, or pendulums")
+    kind: DamperKind = key("ring in oil, on springs or on dry friction, or pendulums")
     inertia: Inertia | None = key("of the ring, about the axis of its station", None, gt=0)
-    stiffness: AngularStiffness | None = key("of the springs between station and ring", None, ge=0)
+    stiffness: AngularStiffness | None = key(
+        "of the springs, or friction linings, between station and ring", None, ge=0
+    )
     damping: AngularDamping = key(
         "viscous, between station and ring, or pendulums about the axis",
         0.0,
         ge=0,
     )
+    friction_torque: Moment | None = key(
+        "slip torque of the linings, on the shaft of its station", None, gt=0
+    )
     loss_factor: Number = key("of the springs, k (1 + i loss_factor)", 0.0, ge=0, le=10)
     order: Number | None = key(
-        "tuned order of pendulums, per turn of the station", None, gt=0, le=400
+        "tuned order of pendulums, per turn of the station; of friction dampers, of machine.speed",
+        None,
+        gt=0,
+        le=400,
     )
     mass: Mass | None = key("of one pendulum", None, gt=0)
     count: int = key("equal pendulums", 1, strict=True, ge=1, le=1000)
@@ -85,6 +93,7 @@ class LineDamper(Table):
             "damper",
             viscous="inertia damping",
             spring="inertia stiffness | damping loss_factor",
+            friction="inertia stiffness friction_torque order | damping",
             pendulum="order mass arm_radius | damping count",
         ),
     )

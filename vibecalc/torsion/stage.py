@@ -25,6 +25,7 @@ from vibecalc.torsion.asked import (
     excited_orders,
     freedom_count,
     has_damped_rings,
+    has_friction_damper,
     has_holzer,
     has_loops,
     has_loss,
@@ -38,6 +39,7 @@ from vibecalc.torsion.asked import (
 from vibecalc.torsion.results import ROOT, of_line, over_range
 from vibecalc.torsion.study_results import (
     DESIGN,
+    FRICTION,
     OBJECTIVES,
     OF_PASSAGES,
     OF_STEPS,
@@ -278,6 +280,16 @@ def _studies(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[St
             quantities=tuple(one for one in paths if speeds or one != f"{PUBLISHED}twist"),
             work=lambda _, orders: ((1, "closed_forms"),),
         )
+    if has_friction_damper(case):
+        yield _stage(
+            case,
+            "friction damper of the line",
+            "friction_damper:run_torsion_friction_damper",
+            why="a damper of machine.shaft_line is of the kind friction",
+            cost=f"one order at {1 + points} speeds",
+            quantities=below(FRICTION, _without((speeds, "/speeds/"))),
+            work=lambda case, _: ((1 + points, "line_solve"),),
+        )
     if torsion.variable_inertia is not None:
         lacking = _without(
             (speeds, "/speeds/ /wedge/ /unstable/ /largest_"),
@@ -304,6 +316,7 @@ def _studies(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[St
         lacking = _without(
             (change.kind == "clutch_in", "/clutch/"),
             (change.kind != "clutch_in", "steady_before"),
+            (has_friction_damper(case), "transient/friction_damper/"),
             (line.gears, "gear_minimum_torque"),
             (stressed, "peak_stress counted/largest_stress_range"),
             (has_loss(case) and torsion.damping_model is None, "/equivalent/"),
@@ -449,6 +462,7 @@ SUBJECT = Subject(
         "vibecalc.torsion.report.vibration:torsion_limits",
         "vibecalc.torsion.report.couplings:torsion_couplings",
         "vibecalc.torsion.report.studies:damper_design",
+        "vibecalc.torsion.report.studies:torsion_friction_damper",
         "vibecalc.torsion.report.studies:torsion_transient",
         "vibecalc.torsion.report.modes:torsion_modes",
         "vibecalc.torsion.report.vibration:torsion_conditions",

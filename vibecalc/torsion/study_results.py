@@ -11,8 +11,9 @@ from vibecalc.core.results.record import CHECK, PEAK, PLACE, Entry, Headline, en
 #: changes in time from one speed of the crank to another
 PASSAGES = ("run_up", "run_down", "start", "stop")
 ROOT = "response/torsion"
-PUBLISHED, VARIABLE, TRANSIENT = (
-    f"{ROOT}/{part}/" for part in ("as_published", "variable_inertia", "transient")
+PUBLISHED, VARIABLE, TRANSIENT, FRICTION = (
+    f"{ROOT}/{part}/"
+    for part in ("as_published", "variable_inertia", "transient", "friction_damper")
 )
 #: why most results of studies are not held to the tolerance
 STUDY = "marches in time, differences, maps and ends of searches of a shaft line"
@@ -78,6 +79,30 @@ VARIABLE_INERTIA = under(
            "of the half range, over that with mean inertias"),
     _study("largest_change", "section", "", "largest magnitude of those"),
     _study("largest_change_speed", "section", "rad/s", "where that is"),
+)  # fmt: skip
+
+# ----------------------------------------------------------------------------
+# One order with a ring that dry friction drags along; angles and torques are amplitudes.
+# ----------------------------------------------------------------------------
+
+FRICTION_DAMPED = under(
+    f"{ROOT}/friction_damper",
+    _study("angle", "", "rad", "of its station, by the first harmonic of the friction",
+           headline=Headline("order amplitude with the friction damper", "deg")),
+    _study("locked_angle", "", "rad", "the same with the ring locked on its linings"),
+    _study("free_angle", "", "rad", "the same without friction"),
+    _study("locked_utilisation", "", "",
+           "torque of the ring, locked / friction torque; above 1 it slips"),
+    _study("equivalent_inertia", "", "kg*m^2", "of the ring, as the friction drags it along"),
+    _study("equivalent_damping", "", "N*m*s/rad",
+           "of its slip, as a dashpot between station and frame"),
+    _study("heat", "", "W", "mean power of its slip"),
+    _study("best_friction_torque", "", "N*m",
+           "with the most work per cycle for the amplitude that it leaves"),
+    _study("best_angle", "", "rad", "of the station with that"),
+    _study("torque", "section", "N*m", "of the order"),
+    _study("speeds/angle", "speed", "rad", "of its station"),
+    _study("speeds/locked_angle", "speed", "rad", "the same with the ring locked on its linings"),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------
@@ -164,6 +189,11 @@ TRANSIENTS = (
                "largest torque while locked / friction torque; 1: where it slips"),
         _study("clutch/slip_speed", "clutch_time", "rad/s",
                "of its plates, first end minus second, not referred", curve="clutch_slip"),
+        _study("friction_damper/slip_time", "", "s", "total slip time of the ring",
+               headline=Headline("friction damper slip time", "s")),
+        _study("friction_damper/heat", "", "J", "friction torque times slip, of all slipping",
+               headline=Headline("friction damper heat", "kJ")),
+        _study("friction_damper/locks", "", "", "number of times that the ring locks"),
         _study("counted/range", _COUNTED, "N*m",
                "upper end of the bin, peak-to-peak of a cycle"),
         _study("counted/number", _COUNTED, "", "of cycles in the bin"),
@@ -256,7 +286,7 @@ DAMPER_DESIGN = under(
       for name, unit in OBJECTIVES.items()),
 )  # fmt: skip
 
-ENTRIES = (*AS_PUBLISHED, *VARIABLE_INERTIA, *TRANSIENTS, *DAMPER_DESIGN)
+ENTRIES = (*AS_PUBLISHED, *VARIABLE_INERTIA, *FRICTION_DAMPED, *TRANSIENTS, *DAMPER_DESIGN)
 #: axis name -> (unit, long name)
 AXES = {
     "elastic_mode": ("", "number of the mode, the rigid one is 1"),

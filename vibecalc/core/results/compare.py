@@ -401,7 +401,9 @@ class FilePair:
         Raises UsageError where a rule does not fit a quantity.
         """
         if self.result is None:
-            return self.refused(f"the golden file {self.golden} has no result")
+            return self.refused(
+                f"the golden file {self.golden} has no result; --partial leaves it out"
+            )
         if not self.golden.exists():
             return self.refused(
                 f"there is no golden file {self.golden}; --accept makes one of {self.result}"

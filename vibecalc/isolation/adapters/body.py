@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
+from vibecalc.errors import in_hertz
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.steady import AtRest, Moved, emit_steady, moved_by
 from vibecalc.isolation.at_mounts import AtMounts, deflected, require_weight, weight_load
@@ -18,8 +19,10 @@ from vibecalc.isolation.results import (
 )
 from vibecalc.isolation.torque_reaction import nearest_driven
 from vibecalc.numerics.bounded import Bounded, reshaped
+from vibecalc.numerics.leading import leave_alone
 from vibecalc.parts.body import COORDINATES, RigidBody, dofs_of_model
 from vibecalc.parts.mount_needs import foundation_kind, moves_with_machine
+from vibecalc.parts.mounts import Mounts
 from vibecalc.response.adapters.loads import BodyLoads, body_loads, steady_motion
 
 #: an order that drives a mode is worth a word within this share of its natural frequency
@@ -44,6 +47,7 @@ def run_isolation(scene: Scene) -> None:
     sag, share = _weight(scene, system, body)
     scene.emit_all(SupportDisplacement(static=sag), {"mount": mounts.names})
     scene.emit_all(SupportForce(static=share), {"mount": mounts.names})
+    _warn_of_pull(scene, mounts, share)
     scene.handed_on["loads"], scene.handed_on["on_mounts"] = loads, system
     scene.handed_on["at_rest"] = AtRest(sag, share, mean)
     if mounts.rest is not None or mounts.spectrum is not None:
@@ -61,6 +65,19 @@ def run_isolation(scene: Scene) -> None:
     on_ground = foundation_kind(scene.case) in ("", "mass")  # whose modes are those of the machine
     if model != "pitch" and on_ground and loads.torque is not None and scene.wants(*NEAREST):
         _emit_nearest(scene, system, loads)
+
+
+def _warn_of_pull(scene: Scene, mounts: Mounts, load: Bounded) -> None:
+    """Say which mount the weight pulls at most; of many machines (..., mounts) each alone does."""
+    pulls = load.value < -load.error
+    if pulls.ndim > 1:
+        leave_alone(np.any(pulls, axis=-1))
+    elif np.any(pulls):
+        worst = int(np.argmin(load.value))
+        scene.warn(
+            f"at rest the weight pulls at mount {mounts.names[worst]!r} with "
+            f"{-load.value[worst]:.4g} N: the mass centre is not between the mounts"
+        )
 
 
 def _moved(scene: Scene, system: OnMounts, loads: BodyLoads, load: Bounded) -> Moved:
@@ -81,7 +98,7 @@ def _emit_nearest(scene: Scene, system: OnMounts, loads: BodyLoads) -> None:
         scene.warn(
             f"order {nearest[mode]:g} of the torque reaction and the shaking is within "
             f"{CLOSE:.0%} of mode {mode + 1} of the body on its mounts, "
-            f"{resonances.frequency[mode]:.6g} rad/s (damping ratio "
+            f"{in_hertz(resonances.frequency[mode])} (damping ratio "
             f"{resonances.damping_ratio[mode]:.2g})"
         )
 

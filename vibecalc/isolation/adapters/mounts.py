@@ -6,6 +6,7 @@ import numpy as np
 
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
+from vibecalc.errors import in_rpm
 from vibecalc.excitation.adapter import Orders
 from vibecalc.isolation.adapters.common import extremes
 from vibecalc.isolation.results import OfMounts
@@ -178,8 +179,8 @@ def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) 
         others = f" and {len(met) - 1} more" if len(met) > 1 else ""
         scene.warn(
             f"in the run-up mount {mounts.names[worst]!r}{others} may meet a stop: at "
-            f"{peak.speed[worst]:.6g} rad/s it moves by {peak.value[worst]:.4g} m, with "
-            f"{at_rest[worst]:.4g} m to the nearer stop at rest; the forces are computed "
+            f"{in_rpm(peak.speed[worst])} it moves by {1e3 * peak.value[worst]:.4g} mm, with "
+            f"{1e3 * at_rest[worst]:.4g} mm to the nearer stop at rest; the forces are computed "
             "without stops"
         )
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.core.results.described import Group, paths_of
 from vibecalc.core.run.stage import Scene
+from vibecalc.errors import in_rpm
 from vibecalc.excitation.adapter import Forcing, few_orders
 from vibecalc.isolation.adapters.body_run_up import RunUpRows, run_up_rows, sections
 from vibecalc.isolation.adapters.common import isolation_of
@@ -72,7 +73,7 @@ def run_run_up(scene: Scene) -> None:
         scene.emit_all(found, {"resonance_skipped": np.arange(1, count + 1)})
         scene.warn(
             f"the run-up crosses {count} undamped resonance{'s' if count > 1 else ''}, the first "
-            f"at {masked.centre[0]:.6g} rad/s with order {masked.order[0]:g}: the forces are "
+            f"at {in_rpm(masked.centre[0])} with order {masked.order[0]:g}: the forces are "
             "unbounded there; isolation/resonances_skipped lists the speeds left out; give the "
             "mounts damping or a loss factor"
         )

@@ -132,14 +132,15 @@ def mean_torques(setup: Setup, speed: FloatArray) -> MeanTorques:
     mean = mean - rounded(taken, 4.0) @ placed(shaft.taken_station, count)
     # of each station, with the station of the load against it
     load = shaft.load_station
-    shares = steady_shares(setup.model.at(setup.speed)).T[shaft.freedom]
-    shares = shares - shares[load]
+    found = steady_shares(setup.model.at(setup.speed)).T[shaft.freedom]
+    # whole numbers, but for the error of what stiffnesses share
+    shares = Bounded(found.value - found.value[load], found.error + found.error[load])
     if not shaft.gears:
         return MeanTorques(mean @ shares, mean[:, :0])
     of_sections, of_stations = gear_shares(shaft)
-    return MeanTorques(
-        mean @ shares, mean @ (shares @ of_sections + of_stations - of_stations[load])
-    )
+    through = shares.value @ of_sections + of_stations - of_stations[load]
+    of_gears = Bounded(through, shares.error @ np.abs(of_sections))
+    return MeanTorques(mean @ shares, mean @ of_gears)
 
 
 def actual_per_referred(shaft: ShaftLineModel) -> FloatArray:

@@ -21,12 +21,19 @@ from vibecalc.torsion.adapters.motion import (
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_motion import Equivalent, Journey, journey, running
+from vibecalc.torsion.asked import has_friction_damper
 from vibecalc.torsion.critical_speeds import by_machine
 from vibecalc.torsion.forced import twist_and_torque
 from vibecalc.torsion.line_part_tables import FatigueLine
 from vibecalc.torsion.question_tables import CycleCounting
 from vibecalc.torsion.study_results import PASSAGES, TRANSIENT
-from vibecalc.torsion.transient.march import TransientRun, static_state, transient
+from vibecalc.torsion.transient.march import (
+    TransientRun,
+    TransientSystem,
+    static_state,
+    transient,
+    transient_system,
+)
 from vibecalc.torsion.transient.motion import Stretch, mean_law
 from vibecalc.torsion.transient.trace import (
     FINER,
@@ -82,6 +89,11 @@ class Change:
         return self.setup.shaft.section_ratio
 
     @property
+    def held(self) -> TransientSystem:
+        """The line with its clutch, or ring on dry friction, holding."""
+        return transient_system(self.path.line, self.path.reaction)
+
+    @property
     def cycle(self) -> float:
         """Of the machine, in rad."""
         return self.setup.drive.firing.cycle
@@ -115,10 +127,13 @@ def run_torsion_transient(scene: Scene) -> None:
         path, run = run_clutch(scene, setup, options, rtol)
     else:
         path = journey(setup, scene.case.machine, options)
-        run = transient(
-            path.line, path.order, path.stretches, path.speed, start=path.start,
-            reaction=path.reaction, rtol=rtol,
-        )  # fmt: skip
+        if has_friction_damper(scene.case):
+            run = _run_dragged(scene, setup, path, rtol)
+        else:
+            run = transient(
+                path.line, path.order, path.stretches, path.speed, start=path.start,
+                reaction=path.reaction, rtol=rtol,
+            )  # fmt: skip
     windows = _windows(scene, setup, run)
     times = [np.array(path.moving), run.course.time, *(windows or ())]
     change = Change(scene, setup, path, run, traces(run, np.concatenate(times)), windows)
@@ -145,6 +160,39 @@ def run_torsion_transient(scene: Scene) -> None:
         "matrix exponential and its integrals in Legendre polynomials; "
         "docs/theory_torsion_studies.md",
     )
+
+
+def _run_dragged(scene: Scene, setup: Setup, path: Journey, rtol: float) -> TransientRun:
+    """The run of a line whose ring slips; emits what its friction does."""
+    from vibecalc.torsion.adapters.friction_damper import friction_damper
+    from vibecalc.torsion.transient.clutch import Clutch
+    from vibecalc.torsion.transient.friction_damper import drag
+
+    line = scene.case.machine.shaft_line
+    assert line is not None
+    given = friction_damper(line)
+    assert given is not None and given[1].friction_torque is not None
+    damper = setup.shaft.dampers[given[0]]
+    torque = given[1].friction_torque * abs(float(setup.shaft.station_ratio[damper.station]))
+    ring = np.arange(path.line.inertia.size) == damper.ring
+    clutch = Clutch(damper.element, torque, 0.0, ring, 0.0)
+    found = drag(
+        path.line, path.order, clutch, path.stretches, path.speed, path.start, path.reaction, rtol
+    )
+    # errors of the torque, as energies, in the velocities of both ends
+    ends = path.line.inertia[[damper.carrier, damper.ring]]
+    slack = float(found.run.torque_error[damper.element])
+    slack /= float(np.sqrt(path.line.stiffness[damper.element] * np.min(ends)))
+    late = 2.0 * (1 + found.locks) * slack * float(np.max(ends)) / torque
+    stem = f"{TRANSIENT}friction_damper/"
+    scene.emit(f"{stem}slip_time", found.slip_time, late + 1e-12 * found.run.course.time[-1])
+    scene.emit(f"{stem}heat", found.heat, found.heat_error + torque * slack * found.slip_time)
+    scene.emit(f"{stem}locks", found.locks, 0.0)
+    scene.warn(
+        f"damper {given[1].name!r}: the transient begins with its ring locked, and steady "
+        "vibration beside it is with a locked ring"
+    )
+    return found.run
 
 
 def _windows(scene: Scene, setup: Setup, run: TransientRun) -> Windows | None:
@@ -390,7 +438,7 @@ def _emit_steps(change: Change, peaks: Peaks) -> None:
 
 def _steady_peak(change: Change, part: Stretch) -> Bounded:
     """Largest referred torque (e,) of a state that lasts, mean in it."""
-    setup, system, speed = change.setup, change.run.system, change.path.speed
+    setup, system, speed = change.setup, change.held, change.path.speed
     means = mean_law(part, system.balance, system.inertia, np.array([speed, speed]))
     mean = means.at(np.zeros(()), np.array(speed), np.zeros(()))
     still = system.torque @ static_state(system, mean)
@@ -419,7 +467,7 @@ def _steady_peak(change: Change, part: Stretch) -> Bounded:
 
 def _emit_supply(change: Change) -> None:
     """The torque of the acceleration where it is largest, its source, and peaks without it."""
-    course, system, shaft = change.run.course, change.run.system, change.setup.shaft
+    course, system, shaft = change.run.course, change.held, change.setup.shaft
     # it grows and fades along straight lines: of a stretch it is largest at an end
     ends = [(one.acceleration, k, 0.0) for k, one in enumerate(course.parts)]
     ends += [

@@ -330,7 +330,8 @@ def joined(words: Iterable[str]) -> str:
 # Identity of an engine and its shaft line: cycle, firing order, stations, shafts, dampers.
 # ----------------------------------------------------------------------------
 
-_KINDS = {"viscous": "ring in oil", "spring": "ring on springs", "pendulum": "pendulums"}
+_KINDS = {"viscous": "ring in oil", "spring": "ring on springs", "pendulum": "pendulums",
+          "friction": "ring on dry friction"}  # fmt: skip
 _MISFIRES = {"motored": "compression and expansion without combustion"}
 #: absolute difference in rad of firing intervals that are called even
 _EVEN = 1e-9
@@ -349,8 +350,7 @@ def torsion_line(result: Result) -> Section | None:
 
 def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     machine, torsion = table_of(result.case, "machine"), asked(result)
-    engine = line.cylinder_station.size > 0
-    rows = _engine(result, machine) if engine else []
+    rows = _engine(result, machine) if line.cylinder_station.size else []
     ranges = [range_words(result)] if torsion.get("speeds") else []
     orders = having(result.record, TORSION + "excitation/station_torque", "station", "order")
     if orders is not None and np.any(orders.values):
@@ -503,9 +503,9 @@ def _parts(line: "ShaftLineModel") -> list[str]:
         rows.append([name, kind, "", "", *values, loss[name], wide + f"/{bore}" * bool(bore)])
     for one in line.dampers:
         kind = f"{_KINDS[one.kind]}, {line.station_names[one.station]}"
-        power = " w^2" if one.kind == "pendulum" else ""
-        rows.append([one.name, kind, "", _some(one.inertia), _some(1e-3 * one.stiffness) + power,
-                     _some(one.damping), loss.get(one.name, ""), ""])  # fmt: skip
+        stiffness = _some(1e-3 * one.stiffness) + " w^2" * (one.kind == "pendulum")
+        rows.append([one.name, kind, "", _some(one.inertia), stiffness, _some(one.damping),
+                     loss.get(one.name, ""), ""])  # fmt: skip
     words = "Actual values (not referred); stiffness and damping of stations: to the frame."
     return [*table(columns, together(rows)), *paragraph(words)]
 

@@ -38,6 +38,7 @@ from vibecalc.torsion.report.line import (
     mode_names,
     modes_named,
     names,
+    order_text,
     strongest,
     titled,
     torque_unit,
@@ -50,7 +51,7 @@ from vibecalc.units import convert
 # A change in time of a shaft line: what happens, in a sentence.
 # ----------------------------------------------------------------------------
 
-TRANSIENT = "response/torsion/transient/"
+TRANSIENT, FRICTION = "response/torsion/transient/", "response/torsion/friction_damper/"
 
 
 def change_in_words(result: Result) -> str:
@@ -104,7 +105,8 @@ def _history(change: Mapping[str, Any]) -> str:
 def torsion_transient(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    words = change_in_words(result), _supplied(record), _most_loaded(record), _clutch(record)
+    words = (change_in_words(result), _supplied(record), _most_loaded(record), _clutch(record),
+             _slipping_ring(record))  # fmt: skip
     lines = [line for one in words if one for line in paragraph(one)]
     blocks = lines, _sections(record), _counted(record)
     return titled(result, "Transient response", *blocks, root=TRANSIENT)
@@ -189,6 +191,52 @@ def _clutch(record: Record) -> str:
     elif use is not None:
         words += f"; then it carries up to {show(100.0 * use, digits=3)} % of its friction torque"
     return words + "."
+
+
+def _slipping_ring(record: Record) -> str:
+    """Slip and heat of a ring on dry friction; "" without one."""
+    slip, heat, locks = (
+        scalar_of(record, f"{TRANSIENT}friction_damper/{name}")
+        for name in ("slip_time", "heat", "locks")
+    )
+    if slip is None or heat is None or locks is None:
+        return ""
+    if slip == 0.0:
+        return "The ring of the friction damper stays locked on its linings."
+    words = f"The ring of the friction damper slips for {show(slip)} s in all, locks "
+    return words + f"{int(locks)} times and dissipates {show(1e-3 * heat)} kJ."
+
+
+def torsion_friction_damper(result: Result) -> Section | None:
+    """One order with the ring that dry friction drags along; None without one."""
+    record = result.record
+    values = [
+        scalar_of(record, FRICTION + name)
+        for name in (
+            *("angle", "locked_angle", "free_angle", "locked_utilisation", "heat"),
+            *("best_friction_torque", "best_angle"),
+        )
+    ]
+    known = [one for one in values if one is not None]
+    if len(known) < len(values):
+        return None
+    angle, locked, free, use, heat, best, lowest = known
+    given = table_of(result.case, "machine", "shaft_line").get("dampers") or ()
+    (damper,) = [one for one in given if one.get("kind") == "friction"]
+    slips = "slips" if use > 1.0 else "is locked on its linings"
+    factor, unit = torque_unit(record)
+    words = (
+        f"Damper {damper['name']!r} with a friction torque of "
+        f"{show(factor * float(damper['friction_torque']))} {unit}, order "
+        f"{order_text(float(damper['order']))} at the operating speed, by the first harmonic of "
+        f"the friction: the ring {slips}. Locked it would take {show(100.0 * use, digits=3)} % of "
+        f"the friction torque. Its station moves by {show(np.degrees(angle))} deg, by "
+        f"{show(np.degrees(locked))} deg with the ring locked and {show(np.degrees(free))} deg "
+        f"without friction; the slip takes {show(heat)} W. The most work for its amplitude takes "
+        f"a friction torque of {show(factor * best)} {unit}, which leaves "
+        f"{show(np.degrees(lowest))} deg."
+    )
+    return titled(result, "Friction damper", paragraph(words), root=FRICTION)
 
 
 def _sections(record: Record) -> list[str]:

@@ -1,6 +1,6 @@
 """A clutch that takes one part of a shaft line along until both turn together."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
@@ -118,7 +118,9 @@ MOST_CHANGES = 400
 #: steps are this many times finer than those of a run, in search of the ends of stretches
 _FINER = 4.0
 #: share of the friction torque, or of the speed, that is rounding; halvings of a first step
-_ROUNDED, _HALVINGS = 1e-12, 40
+ROUNDED, _HALVINGS = 1e-12, 40
+#: steps that are marched before ends of a stretch are looked for among them
+_LOOK = 64
 #: share of a cycle by which a stretch of slipping goes beyond where the mean speeds meet
 _SHARE = 0.02
 #: points of a step over which power is summed: closed Newton-Cotes rules
@@ -194,7 +196,7 @@ def engage(
     if before > 0.0:
         part = torques(speed)._replace(duration=before, in_time=damped(OPEN, mean - speed))
         parts, systems, slips = [part], [system_of(OPEN, False)], [OPEN]
-        _, state, _ = _marched(systems[0], order, part, crank, angle, state, None)
+        _, state, _ = marched_until(systems[0], order, part, crank, angle, state, None)
         angle, time = speed * before, before
     # the side on which the plates begin to slip; without a dashpot the element is wound up at once
     relative = float(slip_view(system_of(OPEN, False), line, clutch) @ state)
@@ -202,7 +204,7 @@ def engage(
     if line.damping[clutch.element] == 0.0:
         start[clutch.element] = state[clutch.element] = slip * start[-2]
     held, common, engagements, use = np.inf, np.nan, 0, 0.0
-    while total - time > _ROUNDED * total:
+    while total - time > ROUNDED * total:
         friction, left = root * float(state[-2]), total - time
         grows = friction < full * (1.0 - 1e-9) and growth > 0.0
         duration = min(left, (full - friction) / growth) if grows else left
@@ -214,11 +216,11 @@ def engage(
         acceleration, bend = rate * friction, rate * (growth if grows else 0.0)
         if slip:  # not far beyond where the mean speeds meet: the crank would turn backwards
             gap, slope, curve = sign * ((mean, acceleration, bend) @ np.array([1.0, -1.0]))
-            meeting = _meeting(gap, slope, curve) if gap > _ROUNDED * speed else 0.0
+            meeting = _meeting(gap, slope, curve) if gap > ROUNDED * speed else 0.0
             duration = min(duration, max(meeting, _SHARE * cycle / crank))
         behind = float(mean[0] - crank)
         pull, twist = float(acceleration[0]), float(bend[0])
-        if abs(behind) > _ROUNDED * speed:
+        if abs(behind) > ROUNDED * speed:
             lasts = min(duration, cycle / crank)
             pushed = pull + behind / lasts
             if pushed * (pushed + twist * lasts) >= 0.0:
@@ -230,17 +232,17 @@ def engage(
         system = system_of(slip, grows)
         if slip:
             watched = slip * slip_view(system, line, clutch)[None]
-            allowed = _ROUNDED * speed
+            allowed = ROUNDED * speed
         else:
             reserve = np.zeros(start.size)
             reserve[-2] = root
             own = system.torque[clutch.element]
             watched = np.stack([reserve - own, reserve + own])
-            allowed = _ROUNDED * full
-        passed, state, changes = _marched(
+            allowed = ROUNDED * full
+        passed, state, changes = marched_until(
             system, order, part, crank, angle, state, watched, allowed
         )
-        if passed > _ROUNDED * total:
+        if passed > ROUNDED * total:
             parts.append(part._replace(duration=passed))
             systems.append(system)
             slips.append(slip)
@@ -264,7 +266,7 @@ def engage(
             )
     run = transient(line, order, parts, speed, start=start, rtol=rtol, systems=systems)
     slipped = [one.duration for one, way in zip(parts, slips, strict=True) if way in (1, -1)]
-    heat, heat_error = _heat(run, line, clutch, slips)
+    heat, heat_error = slip_heat(run, line, clutch, slips)
     for block, states in zip(run.blocks, run.states, strict=True):
         if slips[block.stretch] == 0:
             carried = states @ run.drive.systems[block.stretch].torque[clutch.element]
@@ -282,7 +284,7 @@ def _meeting(gap: float, slope: float, bend: float) -> float:
     return min(ahead, default=np.inf)
 
 
-def _marched(
+def marched_until(
     system: TransientSystem,
     order: FloatArray,
     part: Stretch,
@@ -291,8 +293,11 @@ def _marched(
     state: FloatArray,
     watched: FloatArray | None,
     allowed: float = 0.0,
+    longest: float = np.inf,
 ) -> tuple[float, FloatArray, bool]:
     """A stretch to its end, or to where one of the `watched` views (v, s) falls below zero.
+
+    They are looked at after steps of `longest` s at most.
 
     The time in s and the state (s,) there, and whether a view fell. Views that begin at zero,
     within `allowed`, count once they have been above it.
@@ -300,7 +305,7 @@ def _marched(
     from scipy.optimize import brentq
 
     drive = driven(order, course_of([part], speed, angle), [system])
-    for block in drive.cut(_FINER):
+    for block in _looks(drive.cut(_FINER), longest):
         states = drive.march([block], state)[0]
         state = states[-1]
         if watched is None:
@@ -326,7 +331,19 @@ def _marched(
     return part.duration, state, False
 
 
-def _heat(run: TransientRun, line: Line, clutch: Clutch, slips: list[int]) -> tuple[float, float]:
+def _looks(blocks: Sequence[StepBlock], longest: float) -> Iterator[StepBlock]:
+    """Blocks of `_LOOK` steps at most: what follows an end would be marched in vain."""
+    for block in blocks:
+        parts = max(1, int(np.ceil(block.step / longest)))
+        step, steps = block.step / parts, block.steps * parts
+        for first in range(0, steps, _LOOK):
+            left = min(_LOOK, steps - first)
+            yield StepBlock(block.stretch, block.offset + first * step, step, left)
+
+
+def slip_heat(
+    run: TransientRun, line: Line, clutch: Clutch, slips: list[int]
+) -> tuple[float, float]:
     """What the plates turn into heat in J, friction torque times slip, with its error.
 
     The slip is the relative velocity v of the ends less theta', which a stiff dashpot makes jump:

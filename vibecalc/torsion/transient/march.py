@@ -10,7 +10,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, BoolArray, FloatArray, IntArray
-from vibecalc.torsion.line import Line, damping_matrix, free_parts
+from vibecalc.torsion.line import Line, damping_matrix, free_parts, spring_twists
 from vibecalc.torsion.transient.motion import (
     CYCLE,
     Course,
@@ -102,15 +102,9 @@ def transient_system(line: Line, reaction: FloatArray | None = None) -> Transien
             "a transient needs an inertia at every freedom; condense the massless ones first"
         )
     n, e = line.inertia.size, line.stiffness.size
-    ground = np.flatnonzero(line.ground_stiffness > 0.0)
-    springs = e + ground.size
     root = np.sqrt(line.inertia)
-
-    difference = np.zeros((springs, n))
-    difference[np.arange(e), line.first] += 1.0
-    difference[np.arange(e), line.second] -= 1.0
-    difference[e + np.arange(ground.size), ground] = 1.0
-    stiffness = np.concatenate([line.stiffness, line.ground_stiffness[ground]])
+    difference, stiffness = spring_twists(line)
+    springs = stiffness.size
     # a dashpot alone still has a twist, counted in the middle of the other scales
     positive = stiffness[stiffness > 0.0]
     middle = float(np.sqrt(np.median(positive))) if positive.size else 1.0

@@ -38,6 +38,14 @@ class TorqueInTime(NamedTuple):
         grown = (self.slope + 0.5 * self.bend * time) * time
         return np.asarray(waves.real + self.start + grown)
 
+    def later(self, time: float) -> "TorqueInTime":
+        """The same, begun so many s later."""
+        return self._replace(
+            amplitude=self.amplitude * np.exp(self.rate * time),
+            start=self.start + (self.slope + 0.5 * self.bend * time) * time,
+            slope=self.slope + self.bend * time,
+        )
+
     @property
     def fastest(self) -> float:
         """Largest magnitude of the rates in 1/s, 0 for a straight line."""
@@ -99,6 +107,22 @@ def speed_after(part: Stretch, speed: float, time: FloatArray) -> FloatArray:
     """Speed (...) of the crank in rad/s at times (...) in s after a stretch began at `speed`."""
     grown = 0.5 * part.acceleration_rate * time
     return np.asarray(np.maximum(speed + (part.acceleration + grown) * time, 0.0))
+
+
+def split(part: Stretch, speed: float, time: float) -> tuple[Stretch, Stretch]:
+    """What of a stretch that began at a speed in rad/s lies before and after a time in s in it."""
+    middle, end = speed_after(part, speed, np.array([time, part.duration])).tolist()
+    passed = (middle - speed) / (end - speed) if end != speed else 0.0
+    gas = part.gas + passed * (part.gas_end - part.gas)
+    scale = part.scale_start + (part.scale_end - part.scale_start) * time / part.duration
+    rest = part._replace(
+        duration=part.duration - time,
+        acceleration=part.acceleration + part.acceleration_rate * time,
+        gas=gas,
+        scale_start=scale,
+        in_time=None if part.in_time is None else part.in_time.later(time),
+    )
+    return part._replace(duration=time, gas_end=gas, scale_end=scale), rest
 
 
 def turned_after(part: Stretch, speed: float, time: Any) -> Any:

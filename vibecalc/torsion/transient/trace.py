@@ -207,8 +207,15 @@ class Peaks(NamedTuple):
     time_error: FloatArray
 
 
+#: share of a peak within which three samples on end are no crest but a torque that is held
+_HELD = 1e-9
+
+
 def section_peaks(run: TransientRun, seen: list[Trace]) -> Peaks:
-    """Over the whole run; of peaks equally high within their errors any one may be the peak."""
+    """Over the whole run; of peaks equally high within their errors any one may be the peak.
+
+    Where a slipping clutch or damper holds a torque, it is where that begins.
+    """
     found = []
     for section, trace in enumerate(seen):
         size = np.abs(trace.value)
@@ -227,7 +234,10 @@ def section_peaks(run: TransientRun, seen: list[Trace]) -> Peaks:
         rest = order[_CANDIDATES:]
         upper = np.append(value + error, size[rest] + trace.error[rest]).max() - value[best]
         away = 2.0 * np.sqrt(2.0 * upper / bend[best]) if bend[best] > 0.0 else np.inf
-        found.append((value[best], upper, time[best], min(away, run.longest)))
+        place, level = time[best], np.flatnonzero(size >= (1.0 - _HELD) * value[best])
+        if len(level) > 2 and level[2] == level[0] + 2:
+            place = trace.time[level[0]]
+        found.append((value[best], upper, place, min(away, run.longest)))
     return Peaks(*np.array(found).T)
 
 

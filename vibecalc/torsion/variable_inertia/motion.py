@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import NumericalFailure, in_rpm
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import Line, damping_matrix, free_parts, network_matrix, stiffness_matrix
 
@@ -442,7 +442,7 @@ def _one_speed(
             break
     else:
         raise NumericalFailure(
-            f"variable inertia at {speed:.6g} rad/s: Newton's method has not settled after "
+            f"variable inertia at {in_rpm(speed)}: Newton's method has not settled after "
             f"{MOST_ITERATIONS} steps (the last {move:.2g} rad); it is large or does not exist"
         )
     error = _trusted(solution, largest, speed, system, move if exact else 0.0)
@@ -508,7 +508,7 @@ def _trusted(
         raise _singular(speed, system)
     if truncation.max() > _COARSE * largest:
         raise NumericalFailure(
-            f"variable inertia at {speed:.6g} rad/s: the orders above {middle / system.turns:g} "
+            f"variable inertia at {in_rpm(speed)}: the orders above {middle / system.turns:g} "
             f"change the twist by up to {truncation.max():.2g} of {largest:.2g} rad; take more"
         )
     return np.asarray(rounding + truncation + move)
@@ -516,7 +516,7 @@ def _trusted(
 
 def _singular(speed: float, system: VariableLine) -> NumericalFailure:
     return NumericalFailure(
-        f"variable inertia at {speed:.6g} rad/s: no single steady motion; the speed is an undamped "
+        f"variable inertia at {in_rpm(speed)}: no single steady motion; the speed is an undamped "
         f"critical or a limit of stability of the line of {len(system.line.inertia)} freedoms"
     )
 
@@ -559,7 +559,7 @@ def feed(system: VariableLine, speed: float, angle: ComplexArray) -> ComplexArra
             matrix = np.block([[matrix, -load], [origin.T, np.zeros((len(free), len(free)))]])
         if not EPSILON * float(np.linalg.cond(matrix)) < SINGULAR:
             raise NumericalFailure(
-                f"variable inertia at {speed:.6g} rad/s: order {p / system.turns:g} meets an "
+                f"variable inertia at {in_rpm(speed)}: order {p / system.turns:g} meets an "
                 "undamped natural frequency of the line"
             )
         moved = np.linalg.inv(matrix)[:n, :n]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import NumericalFailure, in_rpm
 from vibecalc.numerics.gauss import GaussRule, gauss_rule
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
@@ -102,7 +102,7 @@ def refuse_unstable(stability: Stability, speed: float) -> None:
     """NumericalFailure if small deviations grow: there is no steady motion at this speed."""
     if stability.unstable:
         raise NumericalFailure(
-            f"variable inertia at {speed:.6g} rad/s: no steady motion; small vibration grows by "
+            f"variable inertia at {in_rpm(speed)}: no steady motion; small vibration grows by "
             f"{stability.growth:.4g} 1/s (parametric instability). More damping or another speed"
         )
 

@@ -191,6 +191,8 @@ def processors() -> int:
 #: what only values in TOML have
 _TOML = re.compile("""["'\\[{]""")
 _RANGE = re.compile(r"([^:]+):([^:]+)(?::\s*(?=\S)(\d{1,18})?\s*(log|linear)?\s*)?")
+#: two ends of a range in one value, as other programs write them: 20 N/mm-120 N/mm, 0.1..0.2
+_TWO_ENDS = re.compile(r"\.\.|[-\u2013]\s*[0-9.]+\s*[A-Za-z]\S*$")
 _LONGEST = 20_000
 _EXAMPLES = (
     "key=5 N/mm:50 N/mm:21, key=5 N/mm:50 N/mm:21log, key=2 kg,3 kg,5 kg or key=[1,3,2],[1,2,3]"
@@ -219,6 +221,8 @@ def axis_table(text: str, option: str = "--grid") -> dict[str, Any]:
         given = (*values, match[3] and int(match[3]), match[4])
         table |= {name: one for name, one in zip(names, given, strict=True) if one is not None}
     else:
+        raise UsageError(f"{said}: expected start:stop:points, as in {_EXAMPLES}")
+    if any(_TWO_ENDS.search(str(one)) for one in values):
         raise UsageError(f"{said}: expected start:stop:points, as in {_EXAMPLES}")
     if "" in values:
         raise UsageError(f"{said}: a value is missing, expected {_EXAMPLES}")
