@@ -10,6 +10,7 @@ from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, can
 from vibecalc.core.report.sections import having, speed_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, short, show, turns
 from vibecalc.core.results.record import Quantity, Result
+from vibecalc.torsion.report.excitation import strongest_orders
 from vibecalc.torsion.report.line import (
     TORSION,
     elastic_modes,
@@ -167,10 +168,8 @@ _APART = 0.026
 #: and of its width, at its upper edge
 _APART_ABOVE = 0.042
 _ROOM = 1.12
-#: of the strongest excitation of a mode within the range, what an order has to reach
-_STRONG = 0.2
-#: orders of a mode, other than major ones, that are drawn at most
-_OTHERS = 3
+#: excited orders up to which all are drawn, also those that cross no mode within the range
+_FEW = 5
 
 
 def draw_torsion_campbell(result: Result) -> "Figure | None":
@@ -184,7 +183,10 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
         return None
     frequency = hertz(1.0) * np.asarray(natural.values, dtype=float)[modes]
     right, top = rpm(high) * 1.04, _ROOM * float(frequency[-1])
-    words = "Campbell diagram"
+    chosen, major, lines = _chosen(result, modes)
+    words = "Campbell diagram with the "
+    words += "major orders and the five strongest" if major.any() else "five strongest orders"
+    words += " of each mode"
     if course is None and has_pendulums(result):
         words += ", natural frequencies at the operating speed (they vary with speed: pendulums)"
     figure = canvas(result, words, 7.0)
@@ -192,8 +194,6 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
     axes.set(xlim=(0.0, right), ylim=(0.0, top), xlabel="crank speed in rpm",
              ylabel="frequency in Hz")  # fmt: skip
     axes.grid(False)
-    chosen, major = _chosen(result, modes)
-    lines = chosen.any(axis=0)
     draw_orders(axes, critical.axes[1].values[lines], major[lines], right, top)
     colours = [COLOURS[i % len(COLOURS)] for i in range(len(modes))]
     aside, below, known = 0, -top, mode_names(result)
@@ -217,7 +217,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
         words = f"operating speed {turns(speed)} rpm"
         axes.axvline(rpm(speed), color=LIMIT, linestyle="--", linewidth=1.3, label=words)
     # the words of the orders stand at the right, so that cycles per minute get room beyond them
-    cpm = axes.secondary_yaxis(1.075, functions=(_to_cpm, _to_hertz))
+    cpm = axes.secondary_yaxis(1.09, functions=(_to_cpm, _to_hertz))
     cpm.set_ylabel("frequency in cpm")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.035), ncols=4)
     return figure
@@ -231,10 +231,10 @@ def _to_hertz(value: Any) -> Any:
     return value / 60.0
 
 
-def _chosen(result: Result, modes: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Criticals [mode, order] of the range that are drawn, and the major orders.
+def _chosen(result: Result, modes: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Criticals [mode, order] of the range that are drawn, major orders, orders with a line.
 
-    Drawn are those of the major orders and, of each mode, the strongest others.
+    Drawn are those of the major orders and, of each mode, those that the report ranks.
     """
     record = result.record
     speed = np.asarray(record[TORSION + "critical/speed"].values, dtype=float)[modes]
@@ -244,11 +244,15 @@ def _chosen(result: Result, modes: list[int]) -> tuple[np.ndarray, np.ndarray]:
     inside = (speed >= low) & (speed <= high)
     strength = having(record, TORSION + "excitation/intensity", "mode", "order")
     if strength is None:
-        return inside, major
-    size = np.where(inside, np.abs(strength.values)[modes], 0.0)
-    others = np.sort(np.where(major, 0.0, size), axis=1)[:, -_OTHERS:]
-    least = np.maximum(others[:, :1], _STRONG * size.max(axis=1, keepdims=True))
-    return inside & (major | ((size >= least) & (size > 0.0))), major
+        return inside, major, inside.any(axis=0)
+    size = np.abs(strength.values)[modes]
+    chosen = inside & major
+    for row, at, work in zip(chosen, speed, size, strict=True):
+        row[strongest_orders(at, work, (low, high))] = True
+    chosen &= major | (size > 0.0)
+    excited = np.any(size > 0.0, axis=0)
+    few = np.count_nonzero(excited) <= _FEW
+    return chosen, major, chosen.any(axis=0) | (excited & few)
 
 
 def draw_orders(
@@ -280,7 +284,8 @@ def _crossings(
 ) -> None:
     order = np.asarray(critical.axes[1].values, dtype=float)
     speed = np.asarray(critical.values, dtype=float)[modes]
-    for group, filled, words in zip(groups, (False, True), ("strong", "major"), strict=True):
+    labels = "five strongest", "major order"
+    for group, filled, words in zip(groups, (False, True), labels, strict=True):
         for row, there, colour in zip(speed, group, colours, strict=True):
             axes.plot(
                 rpm(1.0) * row[there], hertz(1.0) * (order * row)[there], "o", color=colour,
@@ -288,7 +293,7 @@ def _crossings(
             )  # fmt: skip
         if group.any():
             axes.plot([], [], "o", color=QUIET, markerfacecolor=QUIET if filled else "white",
-                      label=f"{words} order")  # fmt: skip
+                      label=words)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------

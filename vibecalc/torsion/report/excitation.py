@@ -63,6 +63,15 @@ def torsion_excitation(result: Result) -> Section | None:
     return titled(result, title, strongest_criticals(result), details=details)
 
 
+def strongest_orders(speed: np.ndarray, work: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
+    """Places of the orders (n,) that excite a mode most, the strongest first.
+
+    Of those whose critical `speed` lies within both ends of a range; `work` (n,) as intensity.
+    """
+    inside = np.flatnonzero((ends[0] <= speed) & (speed <= ends[1]))
+    return np.asarray(inside[ranked(np.abs(work[inside]))][: len(_PLACES)])
+
+
 def strongest_criticals(result: Result) -> list[str]:
     """For each mode the critical speeds of the orders that excite it most, within the range."""
     record, (low, high) = result.record, speed_range(result)
@@ -73,10 +82,9 @@ def strongest_criticals(result: Result) -> list[str]:
     names, values = mode_names(result), np.asarray(speed.values, dtype=float)
     stars, rows = _stars(record, values.shape[1]), []
     for mode in elastic_modes(result):
-        inside = np.flatnonzero((low <= values[mode]) & (values[mode] <= high))
-        strongest = inside[ranked(np.abs(work.values[mode, inside]))]
+        strongest = strongest_orders(values[mode], work.values[mode], (low, high))
         cells = [f"{order_text(speed.axes[1].values[i])}{stars[i]} at {turns(values[mode, i])}"
-                 for i in strongest[: len(_PLACES)]]  # fmt: skip
+                 for i in strongest]  # fmt: skip
         if cells:
             rows.append([names[mode], *cells, *[""] * (len(_PLACES) - len(cells))])
     if not rows:
