@@ -74,7 +74,7 @@ def test_second_order_on_an_undamped_frequency_is_refused_in_words() -> None:
     with pytest.raises(NumericalFailure) as failure:
         check_operating_point(resonances, ORDERS, frequency / 2.0, print)
     words = str(failure.value)
-    for part in ("order 2", "mode 1", "undamped natural frequency", "31.736621", "5.05104 Hz"):
+    for part in ("order 2", "mode 1", "undamped natural frequency", "5.05104 Hz"):
         assert part in words
     for part in ("relative distance", "damping or a loss factor", "move the speed"):
         assert part in words

@@ -114,7 +114,7 @@ def test_source_table_is_met_as_well_as_two_cages_can():
     assert np.allclose(off[[0, 1, 8, 10]], [-5.5, 2.3, 17.6, -30.1], atol=0.05)
     assert fit.rms_relative == pytest.approx(0.1212, abs=5e-5)
     assert fit.agreeing == fit.starts
-    assert any("-30.1 % (at a slip of 94.25" in text for text in fit.warnings)
+    assert any("-30.1 % (at a slip of 900 rpm" in text for text in fit.warnings)
     curve = torque_curve(fit.motor)
     assert curve.breakdown_torque.value == pytest.approx(1036.7, abs=0.1)
     assert curve.breakdown_slip.value / RPM == pytest.approx(158.8, abs=0.1)
