@@ -244,7 +244,7 @@ def _chosen(result: Result, modes: list[int]) -> tuple[np.ndarray, np.ndarray, n
     inside = (speed >= low) & (speed <= high)
     strength = having(record, TORSION + "excitation/intensity", "mode", "order")
     if strength is None:
-        return inside, major, inside.any(axis=0)
+        return inside, major, np.asarray(inside.any(axis=0))
     size = np.abs(strength.values)[modes]
     chosen = inside & major
     for row, at, work in zip(chosen, speed, size, strict=True):
