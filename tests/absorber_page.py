@@ -24,11 +24,7 @@ from absorber_numbers import (
 )
 from pages import Row, says_what_it_is, shows
 
-from vibecalc.absorber.hardware.oil_gap import (
-    Walther,
-    clearance_rule,
-    kinematic_viscosity,
-)
+from vibecalc.absorber.hardware.oil_gap import Walther, clearance_rule, kinematic_viscosity
 from vibecalc.absorber.hardware.overhung import bending_frequencies, rayleigh_frequency
 from vibecalc.absorber.hardware.rods_and_springs import (
     EndBody,

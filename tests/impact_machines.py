@@ -2,14 +2,7 @@
 
 import numpy as np
 
-from vibecalc.impact.linkage import (
-    Drive,
-    GasForce,
-    Joint,
-    Linkage,
-    Starts,
-    slider_crank_drive,
-)
+from vibecalc.impact.linkage import Drive, GasForce, Joint, Linkage, Starts, slider_crank_drive
 
 POUND_FORCE, INCH, POUND = 4.4482216152605, 0.0254, 0.45359237
 RADIUS, LENGTH, SPEED = 0.5 * INCH, 2.375 * INCH, 361.0

@@ -7,27 +7,12 @@ import math
 from functools import cache
 
 import numpy as np
-from herold_numbers import (
-    EQUAL_FORCES,
-    LAGS,
-    LEVELS,
-    disturbance,
-    equal_pressure,
-    program,
-    reduced,
-)
+from herold_numbers import EQUAL_FORCES, LAGS, LEVELS, disturbance, equal_pressure, program, reduced
 from herold_numbers import changed as changed_program
 from herold_simulation import STEP
 from pages import Row, shows
 from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, source_load
-from roll_machines import (
-    FIRST_MASS,
-    ROTOR,
-    SECOND_MASS,
-    SYNCHRONOUS,
-    source_drive,
-    source_machine,
-)
+from roll_machines import FIRST_MASS, ROTOR, SECOND_MASS, SYNCHRONOUS, source_drive, source_machine
 from scipy.optimize import brentq, minimize_scalar
 
 from vibecalc.roll.control.gains import UNCONTROLLED, evaluate, evaluate_at_speed, motor_gain_study

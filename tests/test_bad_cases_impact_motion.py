@@ -2,14 +2,7 @@
 
 import numpy as np
 import pytest
-from impact_machines import (
-    CLEARANCE,
-    DAMPING,
-    near,
-    source_joint,
-    source_linkage,
-    states,
-)
+from impact_machines import CLEARANCE, DAMPING, near, source_joint, source_linkage, states
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.impact import simulate as sweep

@@ -32,11 +32,7 @@ from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.closed_forms import threshold
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 from vibecalc.absorber.tuning.minimax import minimax
-from vibecalc.absorber.tuning.restricted import (
-    given_damping,
-    stock_choice,
-    undamped_spring,
-)
+from vibecalc.absorber.tuning.restricted import given_damping, stock_choice, undamped_spring
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor_fit import fit_induction_motor
 from vibecalc.excitation.induction_motor_flux import torque_answer

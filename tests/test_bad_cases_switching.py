@@ -20,11 +20,7 @@ from switching_machines import (
 from vibecalc.errors import NumericalFailure
 from vibecalc.response.switching.follow import passages, worst_instant
 from vibecalc.response.switching.readings import steady_peaks
-from vibecalc.response.switching.system import (
-    ModalSystem,
-    SpeedSegment,
-    modal_size,
-)
+from vibecalc.response.switching.system import ModalSystem, SpeedSegment, modal_size
 
 STOP = [SpeedSegment(0.2, SPEED, 0.0, BOTH)]
 

@@ -14,12 +14,7 @@ from shipped_cases import CASES
 from vibecalc.core.accuracy.record import as_record, folder_of, measured_text, plan_rows
 from vibecalc.core.accuracy.topic import Answer, Ask, Reference, Solver, Topic, errors_of, measure
 from vibecalc.core.report.accuracy import accuracy_object, render_answer, topics_of
-from vibecalc.core.results.layout import (
-    MEASURED,
-    TRIAL_DONE,
-    TRIAL_FAILED,
-    TRIAL_NOT_RUN,
-)
+from vibecalc.core.results.layout import MEASURED, TRIAL_DONE, TRIAL_FAILED, TRIAL_NOT_RUN
 from vibecalc.core.results.record import Result
 from vibecalc.core.results.store import write_result
 from vibecalc.core.results.trials import Trial

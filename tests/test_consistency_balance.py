@@ -9,12 +9,7 @@ from scipy.optimize import minimize
 from shipped_cases import CASES
 
 from vibecalc.balance.pictures import draw_weights
-from vibecalc.balance.weights import (
-    Places,
-    Solution,
-    counting,
-    least_residual,
-)
+from vibecalc.balance.weights import Places, Solution, counting, least_residual
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Record
 from vibecalc.core.study.execute import execute, load_checked

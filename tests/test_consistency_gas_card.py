@@ -5,11 +5,7 @@ import pytest
 from long_but import long_but
 
 from vibecalc.excitation.cylinder_torque import gas_harmonics, motored_card
-from vibecalc.excitation.gas_tables import (
-    FOUR_STROKE,
-    gas_card,
-    pressure_at,
-)
+from vibecalc.excitation.gas_tables import FOUR_STROKE, gas_card, pressure_at
 from vibecalc.excitation.pressure_cycle import (
     PressureCycle,
     card_of_mean_pressure,

@@ -20,14 +20,7 @@ from vibecalc.core.report.plots import vector_pictures
 from vibecalc.core.report.sweep.text import file_lines
 from vibecalc.core.report.text import report_lines, sections_of
 from vibecalc.core.report.writing import Column, Table, read, table, text_of
-from vibecalc.core.results.record import (
-    BARRED,
-    BROKEN,
-    KEPT,
-    UNDECIDED,
-    Quantity,
-    Result,
-)
+from vibecalc.core.results.record import BARRED, BROKEN, KEPT, UNDECIDED, Quantity, Result
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.report.first_page import CALCULATION, conclusion_table, in_one_sentence
 from vibecalc.torsion.report.limits import flags

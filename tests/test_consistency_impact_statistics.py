@@ -16,13 +16,7 @@ from impact_machines import (
 )
 
 from vibecalc.errors import UsageError
-from vibecalc.impact.linkage import (
-    Joint,
-    Linkage,
-    Starts,
-    spread_starts,
-    velocity_scale,
-)
+from vibecalc.impact.linkage import Joint, Linkage, Starts, spread_starts, velocity_scale
 from vibecalc.impact.runs import (
     Study,
     distance,

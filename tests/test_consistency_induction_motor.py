@@ -16,10 +16,7 @@ from vibecalc.excitation.induction_motor_flux import (
     time_constants,
     torque_answer,
 )
-from vibecalc.excitation.induction_motor_identify import (
-    transient_inductance,
-    with_stator_leakage,
-)
+from vibecalc.excitation.induction_motor_identify import transient_inductance, with_stator_leakage
 
 SLIPS = np.array([-95.0, -3.0, -1e-6, 0.0, 1e-9, 0.3, 0.9, 7.0, 17.0, 94.2, 200.0])
 both = pytest.mark.parametrize("motor", MOTORS.values(), ids=MOTORS)

@@ -8,11 +8,7 @@ import pytest
 from induction_motors import GIVEN, ONE_CAGE, RPM, TABLE_SLIP, TABLE_TORQUE, TWO_CAGES
 from scipy.optimize import differential_evolution
 
-from vibecalc.excitation.induction_motor import (
-    InductionMotor,
-    steady_torque,
-    torque_curve,
-)
+from vibecalc.excitation.induction_motor import InductionMotor, steady_torque, torque_curve
 from vibecalc.excitation.induction_motor_fit import fit_induction_motor
 from vibecalc.excitation.induction_motor_flux import torque_answer
 from vibecalc.excitation.induction_motor_identify import transient_inductance

@@ -16,11 +16,7 @@ from stability.hard_kinematics import closed
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import harmonics_with_error, motion_harmonics
 from vibecalc.kinematics.rod_angle import largest_rod_acceleration, rod_angle_harmonics
-from vibecalc.kinematics.slider_crank import (
-    piston_displacement,
-    stroke,
-    top_dead_centre,
-)
+from vibecalc.kinematics.slider_crank import piston_displacement, stroke, top_dead_centre
 
 OFFSETS = ((0.3, 0.25), (0.2105, -0.5), (0.6, 0.4), (0.05, 15.0), (0.3, 1e-8), (0.9, 1e-3))
 SMALLEST = mp.mpf(2) ** -1022

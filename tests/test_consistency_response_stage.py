@@ -9,11 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from random_machines import Table
-from response_machines import (
-    bare,
-    run,
-    si_matrix,
-)
+from response_machines import bare, run, si_matrix
 
 from vibecalc.core.results.record import Record
 from vibecalc.errors import NumericalFailure

@@ -21,12 +21,7 @@ from vibecalc.roll.control.gains import (
     slacks,
     tune,
 )
-from vibecalc.roll.control.loop import (
-    Controller,
-    loop_of,
-    speed_feedback_for,
-    steady_speed,
-)
+from vibecalc.roll.control.loop import Controller, loop_of, speed_feedback_for, steady_speed
 from vibecalc.roll.control.poles import poles, root_locus
 
 

@@ -11,11 +11,7 @@ from roll_machines import SYNCHRONOUS, source_drive, source_machine
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
-from vibecalc.roll.control.loop import (
-    disturbance,
-    model_from_full,
-    tangent,
-)
+from vibecalc.roll.control.loop import disturbance, model_from_full, tangent
 from vibecalc.roll.mechanism import as_batch
 from vibecalc.roll.motor_checks import control_problems
 from vibecalc.roll.running import running_state

@@ -8,13 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from roll_machines import (
-    FIRST_MASS,
-    SECOND_MASS,
-    SYNCHRONOUS,
-    source_drive,
-    source_machine,
-)
+from roll_machines import FIRST_MASS, SECOND_MASS, SYNCHRONOUS, source_drive, source_machine
 from scipy.integrate import solve_ivp
 
 from vibecalc.excitation.gas_tables import force_at

@@ -16,13 +16,7 @@ from exact_roll import ExactTurn, as_turn, exact_harmonics, exact_levels, exact_
 from long_but import long_but
 from roll_machines import SYNCHRONOUS, source_drive, source_machine
 
-from vibecalc.roll.mechanism import (
-    RollDrive,
-    RollMachine,
-    accelerations,
-    inertia,
-    roll_machine,
-)
+from vibecalc.roll.mechanism import RollDrive, RollMachine, accelerations, inertia, roll_machine
 from vibecalc.roll.turn import (
     Turn,
     balance,

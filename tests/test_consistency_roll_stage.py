@@ -16,10 +16,7 @@ from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import level_of
-from vibecalc.roll.adapters.readings import (
-    MachineTurn,
-    peaks_of,
-)
+from vibecalc.roll.adapters.readings import MachineTurn, peaks_of
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.report.advice import parameter_words
 from vibecalc.roll.report.running import shaking

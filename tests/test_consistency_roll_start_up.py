@@ -12,9 +12,7 @@ from vibecalc.roll.between_kinks import running
 from vibecalc.roll.mechanism import RollDrive, RollMachine, gas_forces, inertia
 from vibecalc.roll.start_up import StartUp, start_angles, start_up
 from vibecalc.roll.start_up_readings import QUANTITIES
-from vibecalc.roll.start_up_system import (
-    LoadSteps,
-)
+from vibecalc.roll.start_up_system import LoadSteps
 
 ROTOR, HOUSING = 2.0, 150.0
 #: of rotor against shell

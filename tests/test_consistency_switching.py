@@ -21,12 +21,7 @@ from switching_machines import (
 
 from vibecalc.response.switching.follow import passages
 from vibecalc.response.switching.readings import ENERGY, read, steady_peaks
-from vibecalc.response.switching.system import (
-    ModalSystem,
-    SpeedSegment,
-    free_motion,
-    modal_size,
-)
+from vibecalc.response.switching.system import ModalSystem, SpeedSegment, free_motion, modal_size
 
 
 def exact_chirp(

@@ -16,14 +16,7 @@ from vibecalc.core.case.raw import EACH, Data, set_key
 from vibecalc.core.case.walk import keys_of, shape_at, shape_of
 from vibecalc.core.results.case_hash import case_hash
 from vibecalc.errors import CaseError, KeyPath
-from vibecalc.kinds import (
-    FINDING_MOTORS,
-    KINDS,
-    MACHINE,
-    OF_THE_BODY,
-    absent_places,
-    motor_kind,
-)
+from vibecalc.kinds import FINDING_MOTORS, KINDS, MACHINE, OF_THE_BODY, absent_places, motor_kind
 from vibecalc.parts.motor_tables import Motor
 
 CASES = sorted((Path(__file__).parent.parent / "cases").glob("*.toml"))

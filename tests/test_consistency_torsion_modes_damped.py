@@ -20,14 +20,7 @@ from vibecalc.torsion.damped_modes import (
 )
 from vibecalc.torsion.line import Line, chain, damping_matrix, equivalent_line, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.poles import (
-    MANY,
-    _clusters,
-    all_poles,
-    close,
-    guesses,
-    modal_damping_matrix,
-)
+from vibecalc.torsion.poles import MANY, _clusters, all_poles, close, guesses, modal_damping_matrix
 
 
 def damped_engine(coefficient: float) -> Line:

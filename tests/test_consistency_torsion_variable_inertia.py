@@ -3,20 +3,12 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from variable_inertia_lines import (
-    one_freedom,
-    piston_variation,
-    ship_engine,
-)
+from variable_inertia_lines import one_freedom, piston_variation, ship_engine
 
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.torsion.line import stiffness_matrix
-from vibecalc.torsion.variable_inertia.motion import (
-    acceleration,
-    inertia_at,
-    steady_response,
-)
+from vibecalc.torsion.variable_inertia.motion import acceleration, inertia_at, steady_response
 
 
 def marched(system, speed, angle, rate, torque_at, duration):

@@ -10,11 +10,7 @@ import pytest
 from shipped_cases import CASES
 
 from vibecalc.core.accuracy.frame_topics import optimisation_topics
-from vibecalc.core.accuracy.kinds import (
-    Optimal,
-    optimum,
-    within_budget,
-)
+from vibecalc.core.accuracy.kinds import Optimal, optimum, within_budget
 from vibecalc.core.accuracy.record import fitted
 from vibecalc.core.accuracy.topic import Ask, Measured, Solver, measure
 from vibecalc.core.results.catalogue import CATALOGUE

@@ -7,16 +7,7 @@ import numpy as np
 import pytest
 import roll_page
 from herold_simulation import open_tables, simulate
-from pages import (
-    computed,
-    is_shown,
-    missing_names,
-    rows,
-    shows,
-    stated,
-    table,
-    text_of,
-)
+from pages import computed, is_shown, missing_names, rows, shows, stated, table, text_of
 from roll_machines import source_drive, source_machine
 from shipped_cases import CASES, ROOT, table_of
 

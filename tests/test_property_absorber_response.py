@@ -6,10 +6,7 @@ from scipy.optimize import brentq
 
 from vibecalc.absorber.mean_square import mean_square
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.transfer import (
-    EXCITATIONS,
-    Absorber,
-)
+from vibecalc.absorber.transfer import EXCITATIONS, Absorber
 from vibecalc.absorber.tuning.closed_forms import threshold
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 

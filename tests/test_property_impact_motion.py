@@ -23,15 +23,10 @@ from impact_machines import (
 )
 
 from vibecalc.impact.ledger import absolute_mean, highest
-from vibecalc.impact.linkage import (
-    slider_crank_drive,
-)
+from vibecalc.impact.linkage import slider_crank_drive
 from vibecalc.impact.runs import APART, TOGETHER, parting
 from vibecalc.impact.simulate import simulate
-from vibecalc.impact.statistics import (
-    IMPACT,
-    dominant_from,
-)
+from vibecalc.impact.statistics import IMPACT, dominant_from
 
 SIZE = st.floats(-2.0, 2.0)
 

@@ -18,11 +18,7 @@ from report_samples import MOUNTS, ORDERS, generator_case, quantity, result_of
 from vibecalc.core.report.pages import difference, references
 from vibecalc.core.report.verdicts import judge_references, misses
 from vibecalc.core.results.printed import read_printed
-from vibecalc.core.results.record import (
-    Record,
-    Result,
-    Verdict,
-)
+from vibecalc.core.results.record import Record, Result, Verdict
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.errors import ResultError
 

@@ -15,29 +15,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from long_but import long_but
-from report_samples import (
-    generator,
-    generator_case,
-    golden,
-    quantity,
-    result_of,
-    rigid_body,
-)
+from report_samples import generator, generator_case, golden, quantity, result_of, rigid_body
 from rich.console import Console
 
 from vibecalc.core.report.brief import lines_of
 from vibecalc.core.report.sections import largest_of
 from vibecalc.core.report.terminal import plain_summary, summary
 from vibecalc.core.report.text import render_report, render_verdicts, report_lines, sections_of
-from vibecalc.core.report.writing import (
-    Column,
-    Table,
-    fold,
-    show,
-    show_percent,
-    show_phase,
-    table,
-)
+from vibecalc.core.report.writing import Column, Table, fold, show, show_percent, show_phase, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Axis, Record

@@ -9,12 +9,7 @@ from mpmath import mp, mpc
 from roll_control_loops import SOURCE, exact_terms, random_loops, winding
 
 from vibecalc.roll.control.loop import Controller, Loop, feedthrough, loop_of
-from vibecalc.roll.control.margins import (
-    margins,
-    poles_right,
-    rounding_of,
-    status,
-)
+from vibecalc.roll.control.margins import margins, poles_right, rounding_of, status
 from vibecalc.roll.control.poles import poles
 
 COUNT = 60

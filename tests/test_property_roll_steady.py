@@ -7,13 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from roll_machines import (
-    RADIUS,
-    RPM,
-    SYNCHRONOUS,
-    source_drive,
-    source_machine,
-)
+from roll_machines import RADIUS, RPM, SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import slip_curve

@@ -12,11 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from vibecalc.excitation.gas_tables import FORCE_INTERPOLATIONS, force_at, gas_force
 from vibecalc.excitation.induction_motor import steady_torque, torque_curve
-from vibecalc.excitation.induction_motor_flux import (
-    flux_rates,
-    flux_system,
-    power_flow,
-)
+from vibecalc.excitation.induction_motor_flux import flux_rates, flux_system, power_flow
 from vibecalc.excitation.slip_torque import (
     SlipCurve,
     breakdown,

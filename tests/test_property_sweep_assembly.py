@@ -29,10 +29,7 @@ from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, scattered, s
 
 from vibecalc.core.results.layout import DONE, ERRORS, NOT_RUN
 from vibecalc.core.results.store import read_result
-from vibecalc.core.results.sweep_file import (
-    is_sweep,
-    open_sweep,
-)
+from vibecalc.core.results.sweep_file import is_sweep, open_sweep
 from vibecalc.core.study.sweep.assemble import assemble
 from vibecalc.core.study.sweep.journal import Journal, packed
 from vibecalc.core.study.sweep.output import lock_path, locked

@@ -14,10 +14,7 @@ from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.critical_speeds import barred_ranges
-from vibecalc.torsion.forced import (
-    ROWS,
-    largest_half_range,
-)
+from vibecalc.torsion.forced import ROWS, largest_half_range
 from vibecalc.torsion.line import chain, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 

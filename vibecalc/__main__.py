@@ -16,13 +16,7 @@ import io
 from typing import Any, NoReturn
 
 from vibecalc import interrupts
-from vibecalc.errors import (
-    EXIT_BUG,
-    Interrupted,
-    OutputError,
-    UsageError,
-    VibecalcError,
-)
+from vibecalc.errors import EXIT_BUG, Interrupted, OutputError, UsageError, VibecalcError
 
 REPORT_BUGS = "This is a bug in vibecalc. Please report it with the lines above and the case file."
 

@@ -17,13 +17,7 @@ from vibecalc.errors import UsageError
 from vibecalc.kinds import FINDING_MOTORS, KINDS, MOTORS, absent_places
 from vibecalc.parts.motor_tables import Motor
 from vibecalc.schema import SCHEMA_VERSION, Case
-from vibecalc.unit_patterns import (
-    NUMBERS,
-    SHIFTED,
-    number_pattern,
-    shifted_pattern,
-    unit_pattern,
-)
+from vibecalc.unit_patterns import NUMBERS, SHIFTED, number_pattern, shifted_pattern, unit_pattern
 from vibecalc.unit_table import DIMENSIONS
 
 Schema = dict[str, Any]

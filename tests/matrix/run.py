@@ -12,15 +12,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from environments import (
-    ENVIRONMENTS,
-    ROOT,
-    Environment,
-    find_python,
-    make,
-    surroundings,
-    versions,
-)
+from environments import ENVIRONMENTS, ROOT, Environment, find_python, make, surroundings, versions
 
 from vibecalc.core.results.compare import compare
 from vibecalc.core.results.compare_rules import Rules, read_rules

@@ -8,13 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from absorber_numbers import (
-    damped,
-    optima,
-    tables_3_1_and_3_2,
-    thousandths,
-    undamped,
-)
+from absorber_numbers import damped, optima, tables_3_1_and_3_2, thousandths, undamped
 from absorber_page import assert_verdict
 from two_masses import amplitude
 

@@ -6,11 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from absorber_numbers import (
-    PUBLISHED_DENSITY,
-    published_damping,
-    published_shares,
-)
+from absorber_numbers import PUBLISHED_DENSITY, published_damping, published_shares
 from absorber_page import assert_verdict, bending, responses, rig, springs_and_oils
 from pages import says_what_it_is
 
@@ -30,10 +26,7 @@ from vibecalc.absorber.hardware.rods_and_springs import (
     spring_rate,
 )
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.transfer import (
-    Absorber,
-    damping_from_own_ratio,
-)
+from vibecalc.absorber.transfer import Absorber, damping_from_own_ratio
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
 

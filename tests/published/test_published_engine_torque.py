@@ -21,11 +21,7 @@ from engine_page import PROGRAM, RIGHT, excitation, largest_twists
 from vibecalc.excitation.cylinder_torque import cylinder_torque
 from vibecalc.excitation.gas_tables import FOUR_STROKE, gas_card
 from vibecalc.parts.geometry import CrankGeometry
-from vibecalc.torsion.adapters.as_published import (
-    ModalExcitation,
-    modal_twist,
-    twist_on_criticals,
-)
+from vibecalc.torsion.adapters.as_published import ModalExcitation, modal_twist, twist_on_criticals
 from vibecalc.torsion.from_dimensions import reciprocating_inertia
 
 

@@ -5,15 +5,7 @@ The slips are applied here, in a few lines, to vibecalc's own building blocks.
 
 import numpy as np
 import pytest
-from isolation_machines import (
-    COUPLE,
-    LEVER,
-    ORDERS,
-    RADIUS_TO_ROD,
-    SPEED,
-    gibson,
-    gibson_couple,
-)
+from isolation_machines import COUPLE, LEVER, ORDERS, RADIUS_TO_ROD, SPEED, gibson, gibson_couple
 
 from vibecalc.isolation.adapters.pitch import transmissibility
 from vibecalc.numerics.cycle_peak import cycle_peak

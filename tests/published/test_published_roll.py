@@ -8,15 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from herold_numbers import (
-    EQUAL_FORCES,
-    LAGS,
-    LEVELS,
-    changed,
-    disturbance,
-    equal_pressure,
-    program,
-)
+from herold_numbers import EQUAL_FORCES, LAGS, LEVELS, changed, disturbance, equal_pressure, program
 from herold_simulation import hexadecimal, open_tables, simulate
 from pages import shows
 from roll_machines import (

@@ -18,13 +18,7 @@ from vibecalc.absorber.tuning.closed_forms import METHODS
 from vibecalc.absorber.tuning.levels import BandProblem
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
-from vibecalc.core.accuracy.kinds import (
-    Optimal,
-    optimum,
-    peak_over_range,
-    periodic,
-    top_of_samples,
-)
+from vibecalc.core.accuracy.kinds import Optimal, optimum, peak_over_range, periodic, top_of_samples
 from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import FloatArray

@@ -26,15 +26,7 @@ from vibecalc.core.case.fields import (
     key,
 )
 from vibecalc.core.case.raw import table_at
-from vibecalc.core.case.rules import (
-    Row,
-    at_most_one,
-    below,
-    needs,
-    one_of,
-    refuse,
-    same_length,
-)
+from vibecalc.core.case.rules import Row, at_most_one, below, needs, one_of, refuse, same_length
 from vibecalc.errors import Problem
 
 # ----------------------------------------------------------------------------

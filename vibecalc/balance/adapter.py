@@ -18,12 +18,7 @@ from vibecalc.balance.weights import (
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing, length_over_cycle, norm_with_tail
 from vibecalc.excitation.crank_forces import rotating_part
-from vibecalc.excitation.inertia_forces import (
-    at_speed,
-    couples_of,
-    forces_of,
-    with_terms,
-)
+from vibecalc.excitation.inertia_forces import at_speed, couples_of, forces_of, with_terms
 from vibecalc.numerics.bounded import Bounded, Summed, concatenate, rounded, stack
 from vibecalc.parts.crank_train import RotatingMasses
 

@@ -8,14 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibecalc.core.report.rows import Cells, Found, Made, Rows, part_of, rows_of
-from vibecalc.core.report.sections import (
-    Section,
-    having,
-    labels,
-    scalar_of,
-    section,
-    table_of,
-)
+from vibecalc.core.report.sections import Section, having, labels, scalar_of, section, table_of
 from vibecalc.core.report.writing import paragraph, show
 from vibecalc.core.results.record import Quantity, Record, Result
 

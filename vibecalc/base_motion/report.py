@@ -7,13 +7,7 @@ import numpy as np
 from vibecalc.base_motion.results import HARMONIC, ROOT, SPECTRUM
 from vibecalc.core.report.curves import Curve, Curves, Panel, level
 from vibecalc.core.report.rows import Cells, Rows, reduced, rows_of
-from vibecalc.core.report.sections import (
-    Section,
-    magnitudes,
-    section,
-    stacked,
-    table_of,
-)
+from vibecalc.core.report.sections import Section, magnitudes, section, stacked, table_of
 from vibecalc.core.report.sources import Source, entry_of, of_freedoms
 from vibecalc.core.report.writing import paragraph, show
 from vibecalc.core.results.record import Record, Result

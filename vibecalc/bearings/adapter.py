@@ -9,14 +9,7 @@ import numpy as np
 from vibecalc.bearings.crank_loads import ForcesAt, cycle_means, cycle_peaks
 from vibecalc.bearings.loads import Kind, Loads, force_with_error
 from vibecalc.bearings.model import loads_of
-from vibecalc.bearings.results import (
-    NAMES,
-    CrankPin,
-    MainLoad,
-    OverSpeeds,
-    SideThrust,
-    WristPin,
-)
+from vibecalc.bearings.results import NAMES, CrankPin, MainLoad, OverSpeeds, SideThrust, WristPin
 from vibecalc.bearings.tables import BearingSize, MainBearing
 from vibecalc.core.results.described import Group
 from vibecalc.core.run.stage import Scene

@@ -4,15 +4,7 @@ import math
 
 import numpy as np
 
-from vibecalc.core.report.rows import (
-    OTHERS,
-    Cells,
-    Found,
-    Rows,
-    loud,
-    others,
-    rows_of,
-)
+from vibecalc.core.report.rows import OTHERS, Cells, Found, Rows, loud, others, rows_of
 from vibecalc.core.report.sections import (
     FAINT,
     Section,
@@ -24,15 +16,7 @@ from vibecalc.core.report.sections import (
     stacked,
     together,
 )
-from vibecalc.core.report.writing import (
-    Column,
-    height,
-    number,
-    paragraph,
-    show,
-    show_phase,
-    table,
-)
+from vibecalc.core.report.writing import Column, height, number, paragraph, show, show_phase, table
 from vibecalc.core.results.record import AT_START, Quantity, Record, Result
 from vibecalc.numerics.rounding import ranked
 

@@ -4,12 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import (
-    Length,
-    Number,
-    Table,
-    key,
-)
+from vibecalc.core.case.fields import Length, Number, Table, key
 from vibecalc.parts.tables import Idle, Names, Throws, cylinders_in
 
 Order = Annotated[int, Field(strict=True, ge=1, le=400)]

@@ -1,21 +1,8 @@
 """Machine and foundation in six degrees of freedom: the section of the report, and the picture."""
 
 from vibecalc.core.report.curves import Curve, Curves, Panel, level
-from vibecalc.core.report.rows import (
-    Cells,
-    Rows,
-    by_name,
-    chosen,
-    loud,
-    percent,
-    reduced,
-    rows_of,
-)
-from vibecalc.core.report.sections import (
-    Section,
-    section,
-    stacked,
-)
+from vibecalc.core.report.rows import Cells, Rows, by_name, chosen, loud, percent, reduced, rows_of
+from vibecalc.core.report.sections import Section, section, stacked
 from vibecalc.core.report.sources import Look, Source, entry_of
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Result

@@ -4,11 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, below
-from vibecalc.isolation.stage import (
-    efficiency_stage,
-    of_operating_speed,
-    run_up_stage,
-)
+from vibecalc.isolation.stage import efficiency_stage, of_operating_speed, run_up_stage
 from vibecalc.kinematics.stage import orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.mount_needs import (

@@ -6,15 +6,7 @@ import numpy as np
 
 from vibecalc.impact.linkage import FREE, GapForces, Train, spring_energy
 from vibecalc.impact.roots import bernstein, evaluate, halves, sign_changes, single_root
-from vibecalc.impact.setup import (
-    DEGREE,
-    MOMENTS,
-    POWERS,
-    WEIGHTS,
-    Setup,
-    harmonics,
-    moments,
-)
+from vibecalc.impact.setup import DEGREE, MOMENTS, POWERS, WEIGHTS, Setup, harmonics, moments
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------

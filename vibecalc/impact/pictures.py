@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.canvas import (
-    COLOURS,
-    LIMIT,
-    PLATE,
-    TOTAL,
-    note,
-    spread_out,
-)
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, note, spread_out
 from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, level
 from vibecalc.core.report.sections import having, table_of
 from vibecalc.core.report.sources import Ends, Look, Source, entry_of, sourced

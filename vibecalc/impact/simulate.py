@@ -7,15 +7,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.impact.ledger import Ledger, MotionSegment, derivative
-from vibecalc.impact.linkage import (
-    FREE,
-    GapForces,
-    Law,
-    Linkage,
-    Starts,
-    assemble_train,
-    side_of,
-)
+from vibecalc.impact.linkage import FREE, GapForces, Law, Linkage, Starts, assemble_train, side_of
 from vibecalc.impact.roots import Crossing, first_crossing, in_order, powers
 from vibecalc.impact.setup import (
     MOST_STEPS,

@@ -4,14 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import (
-    Entries,
-    Stage,
-    Subject,
-    Unit,
-    below,
-    first_orders,
-)
+from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, below, first_orders
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case

@@ -4,12 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.core.accuracy.kinds import (
-    Counted,
-    forced,
-    peak_over_cycle,
-    peak_over_range,
-)
+from vibecalc.core.accuracy.kinds import Counted, forced, peak_over_cycle, peak_over_range
 from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene

@@ -8,14 +8,7 @@ from vibecalc.core.report.rows import Cells, Rows, first, others, rows_of
 from vibecalc.core.report.sections import Section, labels, section
 from vibecalc.core.results.record import Result, Verdict
 from vibecalc.core.results.verdicts import judge
-from vibecalc.isolation.results import (
-    AT_REST,
-    BY_ORDER,
-    MOVING,
-    OF_RUN_UP,
-    OF_STOPS,
-    OfMounts,
-)
+from vibecalc.isolation.results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS, OfMounts
 
 _COLUMNS: tuple[Sequence[Cells | str], ...] = (
     (*AT_REST[:3], Cells(AT_REST[3], note="along the load axis of the mount; stiffness: "

@@ -5,21 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vibecalc.isolation.at_mounts import (
-    Resting,
-    displacement,
-    mount_readout,
-    mount_stiffness,
-)
+from vibecalc.isolation.at_mounts import Resting, displacement, mount_readout, mount_stiffness
 from vibecalc.isolation.rows import Readout, distinct
 from vibecalc.numerics.bounded import Bounded, bounded, reshaped, rounded
 from vibecalc.numerics.leading import side_by_side
-from vibecalc.numerics.linear import (
-    Dynamics,
-    Linear,
-    bounded_parts,
-    response,
-)
+from vibecalc.numerics.linear import Dynamics, Linear, bounded_parts, response
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
 from vibecalc.parts.body import RigidBody, build_frame
 from vibecalc.parts.matrices import displacement_at, mounted, on_springs

@@ -3,15 +3,7 @@
 from typing import Any, ClassVar
 
 from vibecalc.core.results.described import Group, entries_of, lead, named, paths_of, q
-from vibecalc.core.results.record import (
-    CANCELS,
-    DIFFERENCE,
-    ORDERS,
-    PEAK,
-    RESONANCE,
-    RMS,
-    SPECTRUM,
-)
+from vibecalc.core.results.record import CANCELS, DIFFERENCE, ORDERS, PEAK, RESONANCE, RMS, SPECTRUM
 from vibecalc.response.results import LeftOut, Modes, Motion
 
 #: of what is left of a difference, the least stands in the first table

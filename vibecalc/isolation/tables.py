@@ -2,14 +2,7 @@
 
 from typing import Literal
 
-from vibecalc.core.case.fields import (
-    Acceleration,
-    Length,
-    Number,
-    RunUp,
-    Table,
-    key,
-)
+from vibecalc.core.case.fields import Acceleration, Length, Number, RunUp, Table, key
 from vibecalc.core.case.rules import needs, wants
 from vibecalc.parts.body_tables import no_matrices
 from vibecalc.parts.tables import LOADS, Loads, shaking_acts

@@ -5,11 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.numerics.rounding import (
-    EPSILON,
-    FloatArray,
-    two_sum,
-)
+from vibecalc.numerics.rounding import EPSILON, FloatArray, two_sum
 
 # ----------------------------------------------------------------------------
 # Exact motion of the slider-crank, at given crank angles, with an optional wrist pin offset.

@@ -4,10 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import (
-    Table,
-    key,
-)
+from vibecalc.core.case.fields import Table, key
 from vibecalc.core.case.rules import by_kind
 
 

@@ -8,12 +8,7 @@ import numpy as np
 
 from vibecalc.measurement.level_motions import NEEDED, LevelMotion, level_gradient
 from vibecalc.measurement.plate import scaled, span_of
-from vibecalc.measurement.second_moments import (
-    ends,
-    least_determined,
-    moment_rows,
-    symmetric,
-)
+from vibecalc.measurement.second_moments import ends, least_determined, moment_rows, symmetric
 from vibecalc.numerics.level import DECIBEL
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
 

@@ -21,15 +21,7 @@ from vibecalc.core.case.fields import (
     later,
 )
 from vibecalc.core.case.raw import Data, misspelt, read_number, table_at, tables_at
-from vibecalc.core.case.rules import (
-    Row,
-    Rule,
-    at_most_one,
-    needs,
-    one_of,
-    refuse,
-    unique,
-)
+from vibecalc.core.case.rules import Row, Rule, at_most_one, needs, one_of, refuse, unique
 from vibecalc.errors import Problem
 
 if TYPE_CHECKING:

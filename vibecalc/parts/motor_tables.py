@@ -19,14 +19,7 @@ from vibecalc.core.case.fields import (
     WholeNumber,
     key,
 )
-from vibecalc.core.case.rules import (
-    Row,
-    ascending,
-    by_kind,
-    once,
-    refers,
-    same_length,
-)
+from vibecalc.core.case.rules import Row, ascending, by_kind, once, refers, same_length
 from vibecalc.core.results.named import named
 from vibecalc.parts.tables import NEEDED_BY_KIND
 

@@ -13,13 +13,7 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, cross_matrix, dofs_of_model
 from vibecalc.parts.body_tables import Mount
 from vibecalc.parts.mount_needs import frequency_counts, loads_count
-from vibecalc.parts.mounts import (
-    Mounts,
-    build_mounts,
-    free_motions,
-    mount_entries,
-    rotation,
-)
+from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries, rotation
 from vibecalc.schema import Case
 
 if TYPE_CHECKING:

@@ -18,16 +18,7 @@ from vibecalc.core.case.fields import (
     later,
 )
 from vibecalc.core.case.raw import misspelt, tables_at
-from vibecalc.core.case.rules import (
-    Row,
-    Rule,
-    needs,
-    once,
-    one_of,
-    refers,
-    refuse,
-    unique,
-)
+from vibecalc.core.case.rules import Row, Rule, needs, once, one_of, refers, refuse, unique
 
 if TYPE_CHECKING:
     from vibecalc.parts.gas_tables import GasCard, GasCycle, GasForce, GasPressure, PumpCycle

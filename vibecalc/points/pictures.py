@@ -3,16 +3,7 @@
 import numpy as np
 
 from vibecalc.core.report.canvas import LIMIT, QUIET
-from vibecalc.core.report.curves import (
-    Curve,
-    Curves,
-    Mark,
-    Panel,
-    Plot,
-    limits,
-    operating,
-    spans,
-)
+from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, Plot, limits, operating, spans
 from vibecalc.core.report.marks import peak
 from vibecalc.core.report.sections import having, speed_of
 from vibecalc.core.report.sources import entry_of

@@ -3,13 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import (
-    Leading,
-    Stage,
-    Subject,
-    Unit,
-    below,
-)
+from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, below
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import table_that_moves, with_torque
 from vibecalc.parts.mount_needs import moves_with_machine

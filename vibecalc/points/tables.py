@@ -5,23 +5,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import (
-    Frequency,
-    Name,
-    Number,
-    Point,
-    Table,
-    Unit,
-    key,
-)
-from vibecalc.core.case.rules import (
-    Row,
-    ascending,
-    at_most_one,
-    pair_ordered,
-    refuse,
-    same_length,
-)
+from vibecalc.core.case.fields import Frequency, Name, Number, Point, Table, Unit, key
+from vibecalc.core.case.rules import Row, ascending, at_most_one, pair_ordered, refuse, same_length
 from vibecalc.points.results import UNITS
 
 # ----------------------------------------------------------------------------

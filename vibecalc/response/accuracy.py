@@ -6,13 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from vibecalc.core.accuracy.kinds import (
-    TURN,
-    forced,
-    modes,
-    peak_over_range,
-    time_history,
-)
+from vibecalc.core.accuracy.kinds import TURN, forced, modes, peak_over_range, time_history
 from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import in_rpm

@@ -11,12 +11,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.leading import agreed, leave_alone
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.roll.adapters.readings import emit_spectra, spectrum_paths
-from vibecalc.roll.mechanism import (
-    RollMachine,
-    as_batch,
-    dead_centres,
-    widest_panel,
-)
+from vibecalc.roll.mechanism import RollMachine, as_batch, dead_centres, widest_panel
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES

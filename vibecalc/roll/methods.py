@@ -20,11 +20,7 @@ from vibecalc.roll.mechanism import (
     place_at,
     smooth_angles,
 )
-from vibecalc.roll.rates import (
-    RollRates,
-    demand,
-    shell_speed,
-)
+from vibecalc.roll.rates import RollRates, demand, shell_speed
 from vibecalc.roll.steady import started_momentum
 from vibecalc.roll.turn import Turn, trapezoids
 

@@ -12,11 +12,7 @@ from vibecalc.excitation.induction_motor_flux import (
 )
 from vibecalc.excitation.slip_torque import Torque, breakdown, rising_branch
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.periodic.panels import (
-    PeriodicProblem,
-    PeriodicSolution,
-    running_integral,
-)
+from vibecalc.numerics.periodic.panels import PeriodicProblem, PeriodicSolution, running_integral
 from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 from vibecalc.roll.mechanism import (
     AngleTerms,

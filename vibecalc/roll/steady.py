@@ -5,10 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.periodic.collocation import solve_periodic
-from vibecalc.numerics.periodic.panels import (
-    PeriodicProblem,
-    PeriodicSolution,
-)
+from vibecalc.numerics.periodic.panels import PeriodicProblem, PeriodicSolution
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray
 from vibecalc.roll.mechanism import (
     WIDEST,

@@ -9,13 +9,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.maxima import CORNER, by_values
-from vibecalc.numerics.rounding import (
-    EPSILON,
-    BoolArray,
-    ComplexArray,
-    FloatArray,
-    IntArray,
-)
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.numerics.synthesis import BLOCK, SINGLE, Cycles, cycle_of, sampled_roughly, synthesis
 
 # ----------------------------------------------------------------------------

@@ -5,15 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.absorber.modal import (
-    Fitted,
-    Modes,
-    driven,
-    fitted,
-    highest,
-    response_at,
-    tops_within,
-)
+from vibecalc.absorber.modal import Fitted, Modes, driven, fitted, highest, response_at, tops_within
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
 

@@ -6,13 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.absorber.peaks import Peaks, maxima, peaks
-from vibecalc.absorber.squared_magnitude import (
-    Measure,
-    Term,
-    columns,
-    excess_derivatives,
-    measure,
-)
+from vibecalc.absorber.squared_magnitude import Measure, Term, columns, excess_derivatives, measure
 from vibecalc.absorber.transfer import Absorber, Coupling, Transfer, transfer_of
 from vibecalc.numerics.least_norm import nonnegative_least_squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF

@@ -5,14 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from vibecalc.core.accuracy.kinds import (
-    Counted,
-    Limited,
-    Optimal,
-    of_kind,
-    optimum,
-    plain_way,
-)
+from vibecalc.core.accuracy.kinds import Counted, Limited, Optimal, of_kind, optimum, plain_way
 from vibecalc.core.accuracy.run import LONGEST
 from vibecalc.core.accuracy.topic import Answer, Ask, Reference, Solver, Topic
 from vibecalc.core.case.load import LoadedCase

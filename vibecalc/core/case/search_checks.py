@@ -4,14 +4,7 @@ import math
 from collections.abc import Generator, Iterator
 from typing import Any
 
-from vibecalc.core.case.raw import (
-    Data,
-    get_key,
-    is_value,
-    nearest,
-    parse_key,
-    read_number,
-)
+from vibecalc.core.case.raw import Data, get_key, is_value, nearest, parse_key, read_number
 from vibecalc.core.case.rules import At, OneOf, Row
 from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, unit_problem, words
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError, dotted

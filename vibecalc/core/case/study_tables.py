@@ -18,9 +18,7 @@ from vibecalc.core.case.fields import (
     Where,
     read_labels,
 )
-from vibecalc.core.case.fields import (
-    key as described,
-)
+from vibecalc.core.case.fields import key as described
 from vibecalc.core.case.raw import tables_at
 from vibecalc.core.case.rules import (
     Row,

@@ -11,14 +11,7 @@ import numpy as np
 from vibecalc.core.case.raw import get_key
 from vibecalc.core.report.sections import having, read_as, scalar_of, table_of
 from vibecalc.core.report.writing import show_in
-from vibecalc.core.results.record import (
-    AT_START,
-    FRONT_NAMES,
-    Estimate,
-    Quantity,
-    Record,
-    Result,
-)
+from vibecalc.core.results.record import AT_START, FRONT_NAMES, Estimate, Quantity, Record, Result
 from vibecalc.core.results.select import Side, worst
 from vibecalc.errors import ResultError, UsageError
 from vibecalc.units import convert, parse_quantity, si_value, split_number

@@ -19,13 +19,7 @@ from vibecalc.core.report.goals import (
     label_of,
 )
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
-from vibecalc.core.report.verdicts import (
-    bounds_of,
-    entry_in_words,
-    in_percent,
-    place_of,
-    with_unit,
-)
+from vibecalc.core.report.verdicts import bounds_of, entry_in_words, in_percent, place_of, with_unit
 from vibecalc.core.report.writing import decibels, number, read, rpm, short, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named

@@ -20,14 +20,7 @@ from vibecalc.core.report.sections import (
     turns_of,
     written,
 )
-from vibecalc.core.report.writing import (
-    DIGITS,
-    Column,
-    number,
-    paragraph,
-    show,
-    table,
-)
+from vibecalc.core.report.writing import DIGITS, Column, number, paragraph, show, table
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis, Estimate, Quantity, Record, Result
 from vibecalc.numerics.rounding import first_of_largest

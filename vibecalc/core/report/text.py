@@ -12,19 +12,8 @@ from vibecalc.core.report import pages
 from vibecalc.core.report.brief import fitted, lines_of
 from vibecalc.core.report.defects import survived
 from vibecalc.core.report.headline import Answer, first_table, with_limits
-from vibecalc.core.report.sections import (
-    magnitudes,
-    other,
-    section,
-    speed_of,
-    table_of,
-)
-from vibecalc.core.report.verdicts import (
-    ReferenceRow,
-    counted_misses,
-    judge_references,
-    misses,
-)
+from vibecalc.core.report.sections import magnitudes, other, section, speed_of, table_of
+from vibecalc.core.report.verdicts import ReferenceRow, counted_misses, judge_references, misses
 from vibecalc.core.report.writing import (
     finite,
     heading,

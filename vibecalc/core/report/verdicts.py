@@ -8,14 +8,7 @@ from typing import Any, NamedTuple
 from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.writing import DIGITS, show
 from vibecalc.core.results.printed import read_printed, tolerance_of
-from vibecalc.core.results.record import (
-    KEPT,
-    TURN,
-    UNDECIDED,
-    Estimate,
-    Result,
-    Verdict,
-)
+from vibecalc.core.results.record import KEPT, TURN, UNDECIDED, Estimate, Result, Verdict
 from vibecalc.core.results.select import scalar, select
 from vibecalc.core.results.tolerance import UNRESOLVED, circle_of
 from vibecalc.core.results.verdicts import asked, entries, name_of, naming, not_found, verdicts_of

@@ -32,15 +32,7 @@ from vibecalc.core.results.compare_rules import (
 )
 from vibecalc.core.results.files import SUFFIXES
 from vibecalc.core.results.layout import STATUS, STATUS_WORDS
-from vibecalc.core.results.record import (
-    CYCLE,
-    UNDECIDED,
-    Axis,
-    Quantity,
-    Record,
-    Result,
-    Verdict,
-)
+from vibecalc.core.results.record import CYCLE, UNDECIDED, Axis, Quantity, Record, Result, Verdict
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.text_files import HDF5_BEGINS
 from vibecalc.core.results.tolerance import circle_of, is_diagnostic

@@ -20,14 +20,7 @@ from vibecalc.core.results.layout import (
     check_heaps,
     text_checksum,
 )
-from vibecalc.core.results.record import (
-    AMPLITUDES,
-    Axis,
-    Method,
-    Quantity,
-    Record,
-    Result,
-)
+from vibecalc.core.results.record import AMPLITUDES, Axis, Method, Quantity, Record, Result
 from vibecalc.core.results.renamed import (
     ENTRIES,
     current_axis,

@@ -4,12 +4,7 @@ import numpy as np
 
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import (
-    Forcing,
-    kept,
-    length_over_cycle,
-    peak_with_tail,
-)
+from vibecalc.excitation.adapter import Forcing, kept, length_over_cycle, peak_with_tail
 from vibecalc.excitation.inertia_forces import about_point, couples_of, forces_of
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.steady import Moved

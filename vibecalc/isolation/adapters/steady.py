@@ -12,12 +12,7 @@ from vibecalc.excitation.inertia_forces import with_terms
 from vibecalc.isolation.adapters.common import Extremes, extremes, isolation_of
 from vibecalc.isolation.at_mounts import AtMounts, displacement
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.isolation.results import (
-    BodyMotion,
-    SupportDisplacement,
-    SupportForce,
-    TorqueReaction,
-)
+from vibecalc.isolation.results import BodyMotion, SupportDisplacement, SupportForce, TorqueReaction
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, Summed, maximum
 from vibecalc.parts.body import DIRECTIONS

@@ -26,12 +26,7 @@ from vibecalc.response.switching.follow import (
     worst_instant,
 )
 from vibecalc.response.switching.readings import KINETIC, POTENTIAL, steady_peaks
-from vibecalc.response.switching.system import (
-    ModalLoads,
-    ModalSystem,
-    SpeedSegment,
-    modal_loads,
-)
+from vibecalc.response.switching.system import ModalLoads, ModalSystem, SpeedSegment, modal_loads
 from vibecalc.response.system import in_modes
 
 BUCKETS = 600

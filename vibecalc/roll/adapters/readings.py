@@ -13,12 +13,7 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.rates import demand
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
-from vibecalc.roll.running import (
-    TurnMotion,
-    motion_of_state,
-    speed_of_state,
-    torque_of_state,
-)
+from vibecalc.roll.running import TurnMotion, motion_of_state, speed_of_state, torque_of_state
 from vibecalc.roll.steady import SteadyTurn
 from vibecalc.roll.turn import (
     Turn,

@@ -11,13 +11,7 @@ from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.multipliers import floquet_multipliers
 from vibecalc.numerics.periodic.panels import PeriodicProblem, PeriodicSolution, evaluate
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
-from vibecalc.roll.mechanism import (
-    AngleTerms,
-    RollDrive,
-    RollMachine,
-    is_mounted,
-    smooth_angles,
-)
+from vibecalc.roll.mechanism import AngleTerms, RollDrive, RollMachine, is_mounted, smooth_angles
 from vibecalc.roll.rates import Bare, RollRates, demand, mounted_scale, turn_of
 from vibecalc.roll.steady import resting_momentum, still_momentum
 from vibecalc.roll.turn import Turn, shell_harmonics

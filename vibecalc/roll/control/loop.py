@@ -11,13 +11,7 @@ from vibecalc.excitation.gas_tables import TURN
 from vibecalc.excitation.slip_torque import SlipCurve, slip_torque
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
-from vibecalc.roll.mechanism import (
-    WIDEST,
-    RollDrive,
-    RollMachine,
-    motor_torque,
-    smooth_angles,
-)
+from vibecalc.roll.mechanism import WIDEST, RollDrive, RollMachine, motor_torque, smooth_angles
 from vibecalc.roll.rates import demand, terms_of_turn
 
 # ----------------------------------------------------------------------------

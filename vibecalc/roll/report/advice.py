@@ -8,14 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.sections import having, labels
-from vibecalc.core.report.writing import (
-    Column,
-    decibels,
-    number,
-    paragraph,
-    show,
-    table,
-)
+from vibecalc.core.report.writing import Column, decibels, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 
 ROLL = "response/roll/"

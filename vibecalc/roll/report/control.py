@@ -7,13 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.report.rows import Cells, Rows, part_of, rows_of
-from vibecalc.core.report.sections import (
-    Section,
-    having,
-    scalar_of,
-    section,
-    table_of,
-)
+from vibecalc.core.report.sections import Section, having, scalar_of, section, table_of
 from vibecalc.core.report.writing import (
     Column,
     decibels,

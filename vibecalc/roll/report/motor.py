@@ -7,13 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.report.rows import Cells, Rows, rows_of
-from vibecalc.core.report.sections import (
-    Section,
-    having,
-    labels,
-    scalar_of,
-    section,
-)
+from vibecalc.core.report.sections import Section, having, labels, scalar_of, section
 from vibecalc.core.report.writing import (
     Column,
     decibels,

@@ -17,15 +17,7 @@ from vibecalc.core.report.sections import (
     section,
     table_of,
 )
-from vibecalc.core.report.writing import (
-    Column,
-    decibels,
-    number,
-    paragraph,
-    rpm,
-    show,
-    table,
-)
+from vibecalc.core.report.writing import Column, decibels, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.numerics.rounding import ranked
 from vibecalc.roll.report.advice import ROLL, advice, one_row, shell_acts

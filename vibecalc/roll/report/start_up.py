@@ -7,14 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.report.rows import Cells, Rows, rows_of
-from vibecalc.core.report.sections import (
-    Section,
-    having,
-    read_as,
-    scalar_of,
-    section,
-    table_of,
-)
+from vibecalc.core.report.sections import Section, having, read_as, scalar_of, section, table_of
 from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.roll.report.advice import one_row

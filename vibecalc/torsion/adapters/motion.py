@@ -19,13 +19,7 @@ from vibecalc.numerics.bounded import (
     square,
     where,
 )
-from vibecalc.numerics.rounding import (
-    EPSILON,
-    BoolArray,
-    ComplexArray,
-    FloatArray,
-    IntArray,
-)
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.numerics.synthesis import OverCycle, over_cycle, sum_error, synthesis
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
 from vibecalc.torsion.couplings import Moved

@@ -19,12 +19,7 @@ from vibecalc.torsion.adapters.critical import (
 )
 from vibecalc.torsion.adapters.motion import EVERY, ROWS, Motion, blocks, gear_shares
 from vibecalc.torsion.adapters.setup import Model, Setup, line_speeds
-from vibecalc.torsion.critical_speeds import (
-    Maxima,
-    by_machine,
-    largest,
-    machine_and_speed,
-)
+from vibecalc.torsion.critical_speeds import Maxima, by_machine, largest, machine_and_speed
 from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.poles import LinePoles, all_poles, all_poles_by_order, poles_at_orders
 

@@ -8,13 +8,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.numerics.synthesis import synthesis
-from vibecalc.torsion.damper_design.problem import (
-    Damper,
-    System,
-    solve,
-    states,
-    torque_at,
-)
+from vibecalc.torsion.damper_design.problem import Damper, System, solve, states, torque_at
 
 # ----------------------------------------------------------------------------
 # Highest and lowest place in a cycle of many signals of integer harmonics, refined in batch.

@@ -11,17 +11,10 @@ from vibecalc.core.report.pages import conclusion as counted
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.sections import Section, having, labels, read_as, stacked, table_of
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table, turns
-from vibecalc.core.results.record import (
-    BARRED,
-    BROKEN,
-    Result,
-)
+from vibecalc.core.results.record import BARRED, BROKEN, Result
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.numerics.rounding import first_of_largest
-from vibecalc.torsion.report.excitation import (
-    VARIANTS,
-    variant_words,
-)
+from vibecalc.torsion.report.excitation import VARIANTS, variant_words
 from vibecalc.torsion.report.gears import AT_SPEED, CONDITION_LEAST, TRANSIENT_LEAST
 from vibecalc.torsion.report.limits import (
     FLAGS,

@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, QUIET, read_in, unit_words
-from vibecalc.core.report.sweep.limits import (
-    Limit,
-    Limits,
-    best,
-    case_values,
-    judge,
-    nearest,
-)
+from vibecalc.core.report.sweep.limits import Limit, Limits, best, case_values, judge, nearest
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
 from vibecalc.core.report.sweep.view import SweepView, causes
 from vibecalc.core.report.writing import fold, many

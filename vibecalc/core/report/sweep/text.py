@@ -16,13 +16,7 @@ from vibecalc.core.report.sweep.statistics import (
     point_lines,
     statistic_lines,
 )
-from vibecalc.core.report.sweep.view import (
-    SweepView,
-    causes,
-    example,
-    failure_lines,
-    view_of,
-)
+from vibecalc.core.report.sweep.view import SweepView, causes, example, failure_lines, view_of
 from vibecalc.core.report.writing import (
     heading,
     many,

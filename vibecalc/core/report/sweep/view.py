@@ -11,14 +11,7 @@ import numpy as np
 
 from vibecalc.core.report.goals import key_words
 from vibecalc.core.report.writing import number, table
-from vibecalc.core.results.layout import (
-    DAMPING,
-    DONE,
-    NATURAL,
-    NOT_RUN,
-    SPEED,
-    STATUS_WORDS,
-)
+from vibecalc.core.results.layout import DAMPING, DONE, NATURAL, NOT_RUN, SPEED, STATUS_WORDS
 from vibecalc.core.results.record import Quantity
 from vibecalc.core.results.sweep_file import SweepHead, SweepResult, Swept, SweptAxis, SweptKey
 

@@ -6,11 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from vibecalc.core.study.search.problem import (
-    Sampler,
-    Search,
-    spread,
-)
+from vibecalc.core.study.search.problem import Sampler, Search, spread
 from vibecalc.core.study.search.side_by_side import Ask, side_by_side
 from vibecalc.errors import NumericalFailure
 

@@ -12,12 +12,7 @@ import numpy as np
 from vibecalc.core.results.files import fresh_output
 from vibecalc.core.results.layout import NOT_RUN, SAMPLE, STATUS_WORDS
 from vibecalc.core.results.record import Result
-from vibecalc.core.results.sweep_file import (
-    SweepHead,
-    SweepResult,
-    SweptAxis,
-    open_sweep,
-)
+from vibecalc.core.results.sweep_file import SweepHead, SweepResult, SweptAxis, open_sweep
 from vibecalc.core.study.sweep.blocks import Block, combined
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.core.study.sweep.journal import Journal
