@@ -32,7 +32,7 @@ _SHARES = np.concatenate([np.geomspace(1e-9, 0.02, 40), np.linspace(0.02, 1.0, 1
 
 
 class FrictionShares(NamedTuple):
-    """What the mass is to the primary (...): inertia over its own, damping over J2 w."""
+    """What the mass is to its carrier (...): inertia over its own, damping over J2 w."""
 
     inertia: FloatArray
     damping: FloatArray
@@ -47,7 +47,7 @@ def shares(friction: ArrayLike) -> FrictionShares:
     some = (t > ALWAYS_SLIPS) & (t < 1.0)
     if not np.any(some):
         return FrictionShares(inertia, damping)
-    # it slips from the angle `a` of the motion, where the primary slows down faster than friction
+    # it slips from the angle `a` of the motion, where the carrier slows down faster than friction
     # can make it, to `b`, where both have one speed: root of a concave function, from beyond it
     t = t[some]
     a = np.arcsin(t)
